@@ -15,7 +15,7 @@ from mmt_drake.model.controller import Controller, ControllerKind
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, InPlane, NormalContact
-from mmt_drake.model.structure import Handed, Initial, PositionOut, Structure, Units
+from mmt_drake.model.structure import Additions, Handed, Initial, PositionOut, Structure, Units
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.over import parsed, written
 from mmt_drake.quantities import quantities
@@ -136,7 +136,8 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
     Raises:
         BadInput: the model has additions, or friction that its parameters do not tell.
     """
-    if model.additions != type(model.additions)():
+    along_normal = isinstance(model, FlexibleBoxModel) and model.along_normal != Additions()
+    if model.additions != Additions() or along_normal:
         raise BadInput("model", found="a model with effects in it", expected="a nominal model, without effects")
     data: dict[str, Any] = {"structure": model.NAME}
     if isinstance(model, FlexibleBoxModel):

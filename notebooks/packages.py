@@ -70,7 +70,7 @@ prepare([recording], model)  # compiles
 began = time.process_time()
 prepared = prepare([recording], model)
 preparation = time.process_time() - began
-track = max(prepared.problem.tracks, key=lambda t: float(np.std(t.measured)))
+track = max((t for t in prepared.problem.tracks if t.axis != "z"), key=lambda t: float(np.std(t.measured)))
 problem, smoothed = Problem((track,)), track.smoothed
 rate = smoothed.clock.rate_hz
 begins = np.array([*([recording.time[0]] if smoothed.contact.starts_in else []), *smoothed.contact.touches])
@@ -102,7 +102,7 @@ start_friction = dict(friction.starts(scales_of(problem, model))[0])
 
 def fit_own(free_friction):
     """Times [s] of preparation and fit, simulations, error of the recorded force, each number and half its interval."""
-    hypothesis = Hypothesis(model, prepared.skew)
+    hypothesis = Hypothesis(model, prepared.skew, unseen=problem.unseen)
     start = hypothesis.base()
     if free_friction:
         hypothesis = hypothesis.adding(friction)

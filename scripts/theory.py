@@ -36,6 +36,7 @@ _BLOCKS: Final = {
     "body": "what acts on it, and its mass",
     "force_sensor": "in the force sensor",
     "channel": "between the force and who records it",
+    "geometry": "how frames lie to each other",
     "drive": "between the input and the body that it drives",
     "any": "where its parameters say",
 }
@@ -111,9 +112,11 @@ def _page(
     effect: Effect, own: Theory, confused: Mapping[str, str], drawn: Picture | None, library: Mapping[str, Effect]
 ) -> str:
     needs = effect.needs if effect.adds_to in (None, "Fc") else (*effect.needs, effect.adds_to)
-    able = [s for s in STRUCTURES if all(symbol in s.SYMBOLS for symbol in needs)]
+    alone = [s for s in STRUCTURES if not effect.twin_of or "z" in s.AXES]
+    able = [s for s in alone if all(symbol in s.SYMBOLS for symbol in needs)]
     structures = [s.NAME for s in able if effect.block == "any" or effect.block in s.BLOCKS]
     facts = [f"Block `{effect.block}`: {_BLOCKS[effect.block]}"]
+    facts += ["along the surface normal"] if effect.axis == "z" else []
     facts += [f"takes the place of `{effect.replaces}`"] if effect.replaces is not None else []
     facts += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
     facts += [f"only where `{symbol}` is not 0" for symbol in effect.needs]
@@ -138,6 +141,9 @@ def _page(
     if effect.equal_massless:
         equal = " or ".join(_linked(other, library) for other in effect.equal_massless)
         parts += ["## Equal without a mass", f"In a model without a mass no recording can tell it from {equal}."]
+    if effect.near_equal:
+        near = [f"{_linked(other, library)} where {where}" for other, where in effect.near_equal.items()]
+        parts += ["## Nearly equal", f"Recordings hardly tell it from {'; or '.join(near)}."]
     if confused:
         parts += ["## Easily confused with"]
         parts += ["\n".join(f"- {_linked(name, library)}: {motion}" for name, motion in confused.items())]

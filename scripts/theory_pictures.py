@@ -54,6 +54,13 @@ SHOWN: Final[Mapping[str, Values]] = {
     "hysteresis": {"alpha": 300.0, "beta": 150.0},
     "contact_gap": {"gap": 0.008},
     "stiffness_drift": {"rate": 0.25},
+    "power_law_stiffness": {"k": 8500.0, "p": 1.5},
+    "normal_nonlinear_stiffness": {"k3": 2e7},
+    "normal_hunt_crossley_damping": {"lambda": 400.0},
+    "normal_viscoelastic_relaxation": {"k_maxwell": 600.0, "tau": 0.1},
+    "normal_hardening_relaxation": {"k3_maxwell": 3e7, "tau": 0.1},
+    "normal_hysteresis": {"alpha": 400.0, "beta": 500.0},
+    "normal_stiffness_drift": {"rate": 0.25},
     "constant_force": {"F": 0.8},
     "ground_spring": {"k": 60.0},
     "mass_change": {"time": 1.3, "dm": 0.8},
@@ -68,6 +75,7 @@ SHOWN: Final[Mapping[str, Values]] = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.0},
     "time_delay": {"delay": 0.03},
+    "frame_misalignment": {"rx": 0.1, "ry": 0.0, "rz": 0.0},
     "gear_play": {"gap": 0.006},
     "dead_band": {"width": 0.8},
     "tabulated_force": {
@@ -133,8 +141,11 @@ def picture(effect: Effect) -> Picture | None:
     units |= {symbol: "" for symbol, unit in units.items() if unit == "1"}
     numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in single.items())
     block = effect.block if effect.block_of is None else effect.block_of(values)
-    in_a_box = block in BOX.BLOCKS and not effect.needs
-    panels = [_CURVES[block], _RESPONSE] if in_a_box else [_GEARS if "ratio" in effect.needs else _PENDULUM]
+    in_a_box = block in BOX.BLOCKS and set(effect.needs) <= {"normal_k"}
+    if effect.axis == "z":
+        panels = [_DEPTH, _PRESSED]
+    else:
+        panels = [_CURVES[block], _RESPONSE] if in_a_box else [_GEARS if "ratio" in effect.needs else _PENDULUM]
     sides = ("Left: ", "Right: ") if len(panels) > 1 else ("Shown: ",)
     shown = " ".join(f"{side}{panel.shows}." for side, panel in zip(sides, panels, strict=True))
     caption = f"Grey without, blue with {numbers or 'such a table'}. {shown}"
@@ -205,6 +216,15 @@ def _over_time(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array
     return recording.time, answer["force_y"]
 
 
+def _pressed(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    return recording.time, answer["force_z"]
+
+
+def _over_depth(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    touching = recording["position_z"] < 0.0
+    return -1e3 * recording["position_z"][touching], answer["force_z"][touching]
+
+
 def _over_velocity(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
     return recording["velocity"], -answer["force"]
 
@@ -229,6 +249,13 @@ _RESPONSE: Final = _Panel(
     BOX, _strokes(), _over_time, "time [s]", "force on the probe [N]",
     "the probe strokes and dwells on a flexible box, lifted off from 1.9 to 2.1 s",
 )  # fmt: skip
+_PRESSED: Final = _Panel(
+    BOX, _strokes(), _pressed, "time [s]", "normal force [N]",
+    "the probe presses on a flexible box, lifted off from 1.9 to 2.1 s",
+)  # fmt: skip
+_DEPTH: Final = _Panel(
+    BOX, _strokes(), _over_depth, "depth [mm]", "normal force [N]", "the normal force over the depth of these presses",
+)  # fmt: skip
 _SENSOR: Final = _Panel(
     BOX, _strokes(), _over_true_force, "true force [N]", "recorded force [N]", "what is recorded of a force",
 )  # fmt: skip
@@ -252,4 +279,5 @@ _CURVES: Final = {
     "body": _Panel(BODY, _pushes(), _output, "time [s]", "output [mm]", "a driven body that is pushed to and fro"),
     "force_sensor": _SENSOR,
     "channel": _SENSOR,
+    "geometry": _SENSOR,
 }  # fmt: skip

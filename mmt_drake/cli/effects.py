@@ -43,6 +43,8 @@ def described(effect: Effect) -> dict[str, Any]:
         "replaces": effect.replaces,
         "equal_to": list(effect.equal_to),
         "equal_massless": list(effect.equal_massless),
+        "near_equal_to": [{"name": name, "where": where} for name, where in effect.near_equal.items()],
+        "axis": effect.axis,
         "parameters": [
             {
                 "symbol": parameter.symbol,
@@ -65,6 +67,7 @@ def _text(effect: Effect) -> str:
         lines.append(f"  no recording can tell it from: {', '.join(effect.equal_to)}")
     if effect.equal_massless:
         lines.append(f"  without a mass no recording can tell it from: {', '.join(effect.equal_massless)}")
+    lines += [f"  hardly told from {name} where {where}" for name, where in effect.near_equal.items()]
     return "\n".join([*lines, f"  source: {effect.source}"])
 
 

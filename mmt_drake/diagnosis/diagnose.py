@@ -17,9 +17,10 @@ from mmt_drake.diagnosis.decide.confirm import is_confirmed
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.event_times import released
+from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
-from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, fit_normal, prepare, scales_of, with_normal
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.fit.prepare import Prepared, prepare, scales_of
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import workers
@@ -36,7 +37,6 @@ from mmt_drake.diagnosis.tell.prescribe import prescribe
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError, attempt
-from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.model_files import Model, compared, model_data
 from mmt_drake.over import with_knots
@@ -134,43 +134,31 @@ class _Session:
         self.watch.on_stage("parameters")
         skew = self.prepared.skew
         nominal, refit = fit_base(self.problem, self.model, skew, self.executor)
-        normal = None
-        if isinstance(self.model, FlexibleBoxModel):
-            # The skew of the tangential axes is too uncertain to be applied here: k times it would go into b.
-            normal = fit_normal(self.problem, self.model)
-        believed = with_normal(self.model, None if normal is None else normal.normal)
         problem, fine = (
             replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse)
             for p, coarse in ((self.problem, COARSE), (self.fine, 1.0))
         )
-        nominal, refit = fit_base(fine, believed, skew, self.executor, refit)
+        nominal, refit = fit_base(fine, self.model, skew, self.executor, refit)
         standard = NoiseReference.of(fine)
         verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
-        if verdict == "no_mismatch" and normal is not None and standard.excess(normal.before) > gate.NO_MISMATCH:
-            verdict = "parameters"
-        if verdict == "parameters" and not document.parameters(self.model, refit, intervals(fine, refit), normal):
-            verdict, normal = "no_mismatch", None
+        if verdict == "parameters" and not document.parameters(refit, intervals(fine, refit)):
+            verdict = "no_mismatch"
         if verdict == "parameters" and at_bounds(refit):
             return self._refused_at_bounds(refit)
-        ruler = Ruler(self.prepared, fine, normal)
+        ruler = Ruler(self.prepared, fine)
         if verdict is not None:
             best = nominal if verdict == "no_mismatch" else refit
             judgement = Judgement(verdict, standard, refit, best, ruler, self._shares(ruler, best))
             return outcome_of(self.prepared, self.model, judgement)
-        _, start = fit_base(problem, believed, skew, self.executor, refit)
+        _, start = fit_base(problem, self.model, skew, self.executor, refit)
         self.watch.saw("nothing", problem.left(start))
         setup = SearchSetup(problem, self.library, scales_of(problem, start.model), self.executor, self.watch)
         with self.watch.within(SEARCHING):
             levels = search(setup, start, enough=partial(self._enough, problem, standard), most=MOST_EFFECTS)
-        return self._judged(problem, standard, refit, normal, levels)
+        return self._judged(problem, standard, refit, levels)
 
     def _judged(
-        self,
-        problem: Problem,
-        standard: NoiseReference,
-        refit: Fitted,
-        normal: NormalFit | None,
-        levels: Sequence[Sequence[Fitted]],
+        self, problem: Problem, standard: NoiseReference, refit: Fitted, levels: Sequence[Sequence[Fitted]]
     ) -> Outcome:
         """The verdict on what the search has found, on the fine clock."""
         tried = len({f.hypothesis.key for level in levels for f in level})
@@ -185,7 +173,7 @@ class _Session:
         )
         others = (attempt(fine.unchanged, f.hypothesis, f.x) for f in found[: document.MOST_LISTED] if f not in first)
         known = [*gate.ranked(standard, [polished]), *(f for f in others if f is not None)]
-        ruler = Ruler(self.prepared, fine, normal)
+        ruler = Ruler(self.prepared, fine)
         nothing = Judgement(
             "unexplained", standard, refit, refit, ruler, (), known, believed, tried, untried=self.watch.missed
         )
@@ -240,17 +228,16 @@ class _Session:
             return None
         self.watch.on_stage("whether there is a better minimum")
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
-        useful = standard.excess(standard.heldout(refit)) - standard.excess(standard.heldout(best)) >= gate.GAIN
-        if not useful or not is_confirmed(standard.problem, refit, best, believed, fits):
+        if standard.gain(refit, best) < gate.GAIN or not is_confirmed(standard.problem, refit, best, believed, fits):
             return None
-        ruler = replace(nothing.ruler, normal=self._normal_beside(best, nothing.ruler.normal))
+        ruler = nothing.ruler
         shares = self._shares(ruler, best, [f for f in fits if f.hypothesis.key < best.hypothesis.key])
         verdict = gate.with_physics(standard.left(best), shares, 1.0 - ruler.fitted(best) / ruler.fitted(refit))
         if verdict == "unexplained":
             return None
         ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]
         verdict = verdict if sure else "ambiguous"
-        return replace(nothing, verdict=verdict, best=best, ruler=ruler, shares=shares, ranked=ranked)
+        return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked)
 
     def _agreed(self, problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) -> tuple[Fitted, bool]:
         """The fit that is delivered, and whether its names are sure.
@@ -277,7 +264,7 @@ class _Session:
 
     def _shares(self, ruler: Ruler, best: Fitted, fewer: Sequence[Fitted] = ()) -> tuple[BudgetPart, ...]:
         """The budget of a delivered fit, given fits with some of its effects less."""
-        wrong = document.parameters(self.model, best, intervals(ruler.problem, best), ruler.normal)
+        wrong = document.parameters(best, intervals(ruler.problem, best))
         without = {
             name: f
             for f in fewer
@@ -292,7 +279,7 @@ class _Session:
 
     def _enough(self, problem: Problem, standard: NoiseReference, fitted: Fitted) -> bool:
         """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""
-        left = fitted.cost / problem.samples()
+        left = problem.left(fitted) ** 2
         if TRY_MORE**2 < left <= LOOK_CLOSER**2:
             (polished,) = self.polish(standard.problem, [fitted])
             if polished is not None:
@@ -312,15 +299,6 @@ class _Session:
             return replace(outcome, diagnosis=replace(outcome.diagnosis, next_recording=text))
         diagnosis = replace(outcome.diagnosis, next_recording=prescription.text)
         return replace(outcome, diagnosis=diagnosis, prescription=prescription)
-
-    def _normal_beside(self, best: Fitted, normal: NormalFit | None) -> NormalFit | None:
-        """The normal axis once it is known what the force sensor, which all axes share, does to it."""
-        values = best.hypothesis.effect_values(best.x)
-        late = values.get("time_delay", {}).get("delay", 0.0) + values.get("force_lag", {}).get("tau", 0.0)
-        below = values.get("force_saturation", {}).get("limit", math.inf)
-        if normal is None or not isinstance(self.model, FlexibleBoxModel) or (late == 0.0 and math.isinf(below)):
-            return normal
-        return fit_normal(self.problem, self.model, late=late, below=below)
 
 
 def _timed(outcome: Outcome, begun: float) -> Outcome:

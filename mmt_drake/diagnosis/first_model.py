@@ -14,9 +14,10 @@ from mmt_drake.diagnosis.decide.budget import Ruler
 from mmt_drake.diagnosis.decide.gate import NOTHING_LEFT, NoiseReference
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds
 from mmt_drake.diagnosis.fit.errors import Interval
+from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST, SKEW, Hypothesis
-from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, fit_normal, prepare
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.rough import rough_model
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import workers
@@ -25,7 +26,7 @@ from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.watch import OnStage
 from mmt_drake.diagnosis.tell.first import FirstModel, FirstNumber, Told
 from mmt_drake.errors import BadInput, attempt
-from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import NORMAL, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Units
 from mmt_drake.model_files import Model, compared
 from mmt_drake.numeric.arrays import Array
@@ -96,6 +97,7 @@ class _Search:
                 reason = prepared.reason or "Nothing in these recordings moves."
                 return FirstModel(model, prepared.findings, reason=reason)
             hypothesis = Hypothesis.of(compared(model, prepared.window_s, prepared.initial), prepared.skew)
+            hypothesis = replace(hypothesis, unseen=prepared.problem.unseen)
             hypothesis = replace(hypothesis, widened=frozenset(hypothesis.free))
             settled = minima and not at_bounds(minima[0])
             starts = [(hypothesis, f.x) for f in minima] if settled else self._begun(prepared.problem, hypothesis)
@@ -142,14 +144,13 @@ class _Search:
         best = _simplest(fine, minima[0], ci)
         if best is not minima[0]:
             ci |= {s: _joined(ci[s], own) for s, own in _hull(fine, [best]).items()}
-        model, normal = cast(Model, best.model), None
-        if isinstance(model, FlexibleBoxModel):
-            normal = fit_normal(fine, model)
-            model = replace(model, normal=NormalContact(0.0, 0.0) if normal is None else normal.normal)
+        model = cast(Model, best.model)
+        if isinstance(model, FlexibleBoxModel) and set(NORMAL) <= set(fine.unseen):
+            model = replace(model, normal=NormalContact(0.0, 0.0))
         units, unnamed = _units(self.recordings[0])
         model = replace(model, units=units)
-        ruler, left = Ruler(prepared, fine, normal), NoiseReference.of(fine).left(best)
-        numbers = [*_numbers(model, minima[0], ci), *_normal_numbers(normal)]
+        ruler, left = Ruler(prepared, fine), NoiseReference.of(fine).left(best)
+        numbers = _numbers(model, minima[0], ci)
         if left > NOTHING_LEFT:
             numbers = [replace(n, told="of this structure") if n.told == "determined" else n for n in numbers]
         return FirstModel(
@@ -224,17 +225,6 @@ def _numbers(model: Model, fitted: Fitted, ci: Mapping[str, Interval]) -> list[F
         shown = (max(low, parameter.low), min(high, parameter.high))
         found.append(FirstNumber(symbol, model.parameter(symbol), model.unit(parameter.unit), shown, told))
     return found
-
-
-def _normal_numbers(normal: NormalFit | None) -> list[FirstNumber]:
-    if normal is None:
-        return []
-    values = (normal.normal.k, normal.normal.b)
-    wider = [tuple(v + WIDER * (end - v) for end in own) for v, own in zip(values, normal.ci95, strict=True)]
-    return [
-        FirstNumber(f"normal.{s}", value, unit, (max(low, 0.0), high), "determined" if low > 0.0 else "at most")
-        for s, value, unit, (low, high) in zip("kb", values, ("N/m", "N s/m"), wider, strict=True)
-    ]
 
 
 def _distinct(fits: Sequence[Fitted]) -> list[Fitted]:

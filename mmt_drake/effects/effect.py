@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw, Law
-from mmt_drake.model.structure import Structure
+from mmt_drake.model.structure import Axis, Structure
 
 Values = Mapping[str, Any]
 """Parameters of an effect by symbol: numbers, but for those of `tabulated_force`."""
@@ -20,7 +20,7 @@ Model = TypeVar("Model", bound=Structure)
 NOT_NEGATIVE = (0.0, math.inf)
 """Bounds of a parameter without a sign."""
 
-Block = Literal["friction", "contact", "body", "force_sensor", "channel", "drive", "any"]
+Block = Literal["friction", "contact", "body", "force_sensor", "channel", "geometry", "drive", "any"]
 """The part in which an effect acts; `any`: its parameters say where (`Effect.block_of`)."""
 
 
@@ -42,6 +42,7 @@ class Scales(NamedTuple):
         input: RMS of what drives a body, in its unit.
         ripples: lengths of the way over which what is left of the force comes back, strongest first [m].
         peak_force: the largest that was recorded [N].
+        normal: the same of the axis along the surface normal, where it is one of several; its deflection is the depth.
     """
 
     force: float
@@ -58,6 +59,7 @@ class Scales(NamedTuple):
     input: float = 1.0
     ripples: tuple[float, ...] = ()
     peak_force: float = 1.0
+    normal: Scales | None = None
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,7 @@ class Parameter:
         choices: what a `choice`, or a number that may have few values only, can be.
         shape: whether it says how the effect acts, not how strongly: a search for a slighter effect leaves it alone.
         moment: whether it is the time, from the first sample on, at which something happens once.
+        seen_along: tangential axes of a contact that must all be compared for it to be told; else it is nothing.
     """
 
     symbol: str
@@ -88,6 +91,7 @@ class Parameter:
     choices: tuple[float | str, ...] = ()
     shape: bool = False
     moment: bool = False
+    seen_along: str = ""
 
     def checked(self, value: object, source: str) -> Any:
         """The value, numbers as float and lists as tuples.
@@ -125,6 +129,8 @@ class Effect:
         block: the part of the system it belongs to: friction, contact, body, force_sensor, channel or drive.
         family: of laws that are mostly alike; unless said its own name, a family of one.
         in_driven_body: family and block there, where they are others: a driven body has no contact.
+        axis: along which it acts in a structure of several axes: "z", the surface normal; else along those that slide.
+        twin_of: the effect that is the same along the surface; acts only where the normal is an axis of its own.
         parameters: its numbers.
         equation: its law in one line.
         source: where the law comes from.
@@ -143,6 +149,7 @@ class Effect:
         equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
         equal_one_way: the same, of a recording whose motion never turns.
         equal_massless: the same, in a body that moves by itself without a mass.
+        near_equal: effect -> where recordings hardly tell it from this one.
         stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
         passive: whether it can only take energy out of the motion.
         engages: whether with these values it does anything, or anything but what a simpler effect does, within the
@@ -171,12 +178,15 @@ class Effect:
     equal_to: tuple[str, ...] = ()
     equal_one_way: tuple[str, ...] = ()
     equal_massless: tuple[str, ...] = ()
+    near_equal: Mapping[str, str] = field(default_factory=dict, hash=False)
     stiffness: Callable[[Values], float] = lambda values: 0.0
     damping: Callable[[Values], float] = lambda values: 0.0
     passive: bool = False
     engages: Callable[[Values, Ranges], bool] = lambda values, ranges: True
     family: str = ""
     in_driven_body: tuple[str, Block] | None = None
+    axis: Axis = ""
+    twin_of: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "family", self.family or self.name)
@@ -190,7 +200,9 @@ class Effect:
             raise BadInput(self.name, found=f"{count} numbers for its law", expected=f"{LAW_PARAMETERS} at most")
 
     def within(self, model: Structure) -> Effect:
-        """The effect with the family and the block that it has in a structure."""
+        """The effect with the family, the block and the axis that it has in a structure."""
+        if self.axis not in model.AXES:
+            return replace(self, axis="")
         if self.in_driven_body is None or model.NAME != "driven_body":
             return self
         family, block = self.in_driven_body
@@ -222,6 +234,8 @@ class Effect:
 
     def _lacking(self, model: Structure) -> str | None:
         """A common symbol that it acts on and that a model has not, or has 0."""
+        if self.twin_of and "z" not in model.AXES:
+            return "a normal axis of its own"
         if self.adds_to not in (None, "Fc", *model.SYMBOLS):  # friction has its place in every structure
             return self.adds_to
         needs = ("m", *self.needs) if self.inertial and "m" in model.SYMBOLS else self.needs
@@ -297,7 +311,7 @@ class Effect:
         numbers = tuple(values[p.symbol] for p in self.parameters) + tuple(model.value(symbol) for symbol in self.uses)
         if self.replaces is not None:
             model = model.with_value(self.replaces, 0.0)
-        return model.with_law(ActiveLaw(self.law, numbers, self.stiffness(values), self.damping(values)))
+        return model.with_law(ActiveLaw(self.law, numbers, self.stiffness(values), self.damping(values)), self.axis)
 
 
 def both_ways(signal: str) -> Callable[[Values, Ranges], bool]:

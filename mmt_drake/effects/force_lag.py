@@ -15,7 +15,7 @@ from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.SENSOR, remembers=True, order=0)
+@law(Slot.SENSOR, remembers=True, order=0, every_axis=True)
 def _first_order(at: At, q: Own, p: Numbers) -> Result:
     # Remembered are the filter's output and its input.
     tau, u = p[0], at.force

@@ -1,6 +1,6 @@
 """A force sensor that reads no more than its range.
 
-The recorded tangential force is clipped to -limit ... limit, after everything else that the sensor does to it.
+The recorded force, along each axis, is clipped to -limit ... limit, after everything else that the sensor does to it.
 
 Easily confused with:
 
@@ -12,7 +12,7 @@ from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.SENSOR, order=2)
+@law(Slot.SENSOR, order=2, every_axis=True)
 def _clip(at: At, q: Own, p: Numbers) -> Result:
     return min(max(at.force, -p[0]), p[0]), q[0], q[1], 0.0
 

@@ -7,7 +7,7 @@ One tangential axis (figure 3 of the thesis; x and y are alike, and independent 
     F      = -(k2 d + b2 (v - v_m)),   d = x - x_m - (x - x_m at touch)
 
 The normal axis is the Kelvin-Voigt contact of eq. 8, F_z = -k z - b v_z for z < 0, and free space
-is eq. 9, F = 0.
+is eq. 9, F = 0. With laws along it, it is that of `mmt_drake.model.normal_axis`.
 
 Touch and release are located within a step, so a result depends on the sampling of the motion only through its
 interpolation. How a body with friction is integrated stands in `mmt_drake.model.body`, with friction that is a vector
@@ -31,8 +31,10 @@ from mmt_drake.model.body import (
 )
 from mmt_drake.model.forces import Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
-from mmt_drake.model.parameters import K1, K2, NORMAL_K, Constants, M
+from mmt_drake.model.normal_axis import press, pressed, touch_normal
+from mmt_drake.model.parameters import K1, K2, NORMAL_AXIS, NORMAL_K, Constants, M
 from mmt_drake.model.plane_call import advance_both
+from mmt_drake.model.turned import TURN_SIZE, in_force_frame
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
@@ -43,6 +45,7 @@ PROBE = _next(6)  # position [m] and velocity [m/s] at that sample
 CONTACT = _next()  # 0 or 1
 BEGAN = _next()  # [s], time of the first sample
 BODY = _next(2 * AXIS_SIZE)  # two axes of `mmt_drake.model.body`
+NORMAL = _next(AXIS_SIZE)  # the third, if there is more than a spring and a damper along it
 STATE_SIZE = _next.size
 
 #: `contact` argument of `advance`: contact is where the probe is below the surface.
@@ -82,7 +85,7 @@ def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> No
         state[PROBE + i] = motion[i]
     for i in range(2):
         state[BODY + AXIS_SIZE * i + ANCHOR] = motion[i]
-    _read_sensor(state, 0.0, constants(p))
+    _read_sensor(state, 0.0, p)
 
 
 @njit(cache=True, error_model="numpy")
@@ -110,18 +113,25 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
         s_switch = _crossing(height, h)
     start, c = state[TIME] - state[BEGAN], constants(p)
     along, across = _path(state, motion, 0, h), _path(state, motion, 1, h)
+    n, load = _normal_constants(p, c), height
     if h > 0.0:
-        advance_object(state, BODY, 0.0, s_switch, along, across, height, before, start, c, p.ctypes.data, len(p))
+        if c.normal_axis != 0.0 and before:
+            load = press(state, NORMAL, height, 0.0, s_switch, start, n)
+        advance_object(state, BODY, 0.0, s_switch, along, across, load, before, start, c, p.ctypes.data, len(p))
     if after and not before:
         touch(state, BODY, along, s_switch, c)
         touch(state, BODY + AXIS_SIZE, across, s_switch, c)
+        if c.normal_axis != 0.0:
+            touch_normal(state, NORMAL, height, s_switch, n)
     if s_switch < h:
-        advance_object(state, BODY, s_switch, h, along, across, height, after, start, c, p.ctypes.data, len(p))
+        if c.normal_axis != 0.0 and after:
+            load = press(state, NORMAL, height, s_switch, h, start, n)
+        advance_object(state, BODY, s_switch, h, along, across, load, after, start, c, p.ctypes.data, len(p))
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
         state[PROBE + i] = motion[i]
-    _read_sensor(state, h, c)
+    _read_sensor(state, h, p)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -165,45 +175,63 @@ def advance_object(
 
 
 @njit(error_model="numpy", forceinline=True)
-def _tangential_force(state: Array, i: int, c: Constants) -> float:
-    """Force on the probe along x (0) or y (1) at the latest sample [N]."""
+def _normal_constants(p: Array, c: Constants) -> Constants:
+    """Those of the normal axis where it stands in the kernel vector for itself, else those of the object."""
+    return constants(p[int(c.normal_axis) + TURN_SIZE :]) if c.normal_axis != 0.0 else c
+
+
+@njit(error_model="numpy", forceinline=True)
+def _forces(state: Array, p: Array, c: Constants) -> tuple[float, float, float]:
+    """Force on the probe at the latest sample [N]."""
     if state[CONTACT] == 0.0:
-        return 0.0
+        return 0.0, 0.0, 0.0
+    t = state[TIME] - state[BEGAN]
+    height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
+    if c.normal_axis != 0.0:
+        height = Cubic(pressed(state, NORMAL, height, 0.0, t, _normal_constants(p, c)), 0.0, 0.0, 0.0)
+    return (
+        _tangential_force(state, 0, height, t, c),
+        _tangential_force(state, 1, height, t, c),
+        normal_force(height.x0, height.v0, c),
+    )
+
+
+@njit(error_model="numpy", forceinline=True)
+def _tangential_force(state: Array, i: int, height: Cubic, t: float, c: Constants) -> float:
+    """Along x (0) or y (1), in contact."""
     body = BODY + AXIS_SIZE * i
     probe = Cubic(state[PROBE + i], state[PROBE + 3 + i], 0.0, 0.0)
-    height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
-    around = Surroundings(probe, height, state[body + ANCHOR], True, state[TIME] - state[BEGAN])
-    return contact_force(state, body, around, 0.0, c)
+    return contact_force(state, body, Surroundings(probe, height, state[body + ANCHOR], True, t), 0.0, c)
 
 
 @njit(error_model="numpy", forceinline=True)
-def _normal_force(state: Array, c: Constants) -> float:
-    return normal_force(state[PROBE + 2], state[PROBE + 5], c) if state[CONTACT] != 0.0 else 0.0
-
-
-@njit(error_model="numpy", forceinline=True)
-def _read_sensor(state: Array, h: float, c: Constants) -> None:
+def _read_sensor(state: Array, h: float, p: Array) -> None:
     """Let the force sensor read the latest sample, h [s] after the one before."""
-    normal, t = _normal_force(state, c), state[TIME] - state[BEGAN]
-    for i in range(2):
-        sense(state, BODY + AXIS_SIZE * i, _tangential_force(state, i, c), normal, t, h, c)
+    c = constants(p)
+    x, y, z = _forces(state, p, c)
+    t = state[TIME] - state[BEGAN]
+    if c.normal_axis != 0.0:
+        x, y, z = in_force_frame(p, int(c.normal_axis), x, y, z)
+    sense(state, BODY, x, z, t, h, c)
+    sense(state, BODY + AXIS_SIZE, y, z, t, h, c)
+    if c.normal_axis != 0.0:
+        sense(state, NORMAL, z, z, t, h, _normal_constants(p, c))
+    else:
+        state[NORMAL + READING] = z
 
 
 @njit(cache=True, error_model="numpy")
 def force_on_probe(state: Array, p: Array, force: Array) -> None:
     """Write the (3,) force that the object exerts on the probe at the latest sample [N]."""
-    c = constants(p)
-    for i in range(2):
-        force[i] = _tangential_force(state, i, c)
-    force[2] = _normal_force(state, c)
+    force[0], force[1], force[2] = _forces(state, p, constants(p))
 
 
 @njit(cache=True, error_model="numpy")
-def reading(state: Array, p: Array, force: Array) -> None:
+def reading(state: Array, force: Array) -> None:
     """Write the (3,) force that the sensor reads at the latest sample [N]; without sensor effects the true one."""
     for i in range(2):
         force[i] = state[BODY + AXIS_SIZE * i + READING]
-    force[2] = _normal_force(state, constants(p))
+    force[2] = state[NORMAL + READING]
 
 
 @njit(cache=True)
@@ -224,7 +252,8 @@ def stored_energy(state: Array, p: Array) -> float:
             d = state[PROBE + i] - x - state[body + ANCHOR]
             energy += 0.5 * p[K2] * d * d
     if contact:
-        energy += 0.5 * p[NORMAL_K] * state[PROBE + 2] ** 2
+        k = p[int(p[NORMAL_AXIS]) + TURN_SIZE + K1] if p[NORMAL_AXIS] != 0.0 else p[NORMAL_K]
+        energy += 0.5 * k * state[PROBE + 2] ** 2
     return energy
 
 
@@ -266,7 +295,7 @@ def replay_part(
             begin(state, time[k], motion, contact[k], p)
         else:
             advance(state, time[k], motion, contact[k], p)
-        reading(state, p, felt)
+        reading(state, felt)
         for i in range(3):
             force[k, i] = felt[i]
         for i in range(2):

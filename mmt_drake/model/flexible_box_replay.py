@@ -20,6 +20,8 @@ from mmt_drake.model.body import (
 from mmt_drake.model.flexible_box import advance_object
 from mmt_drake.model.forces import Surroundings, constants, normal_force
 from mmt_drake.model.hermite import Cubic, cubic
+from mmt_drake.model.parameters import Constants
+from mmt_drake.model.turned import in_force_frame
 from mmt_drake.numeric.arrays import Array
 
 
@@ -27,6 +29,13 @@ from mmt_drake.numeric.arrays import Array
 def _path(probe: Array, rate: Array, i: int, k: int, h: float) -> Cubic:
     """Of the probe along an axis from sample k - 1 to k, h [s] later."""
     return cubic(probe[i, k - 1], rate[i, k - 1], probe[i, k], rate[i, k], h)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _felt(state: Array, at: int, probe: float, rate: float, over: Cubic, t: float, c: Constants) -> float:
+    """Force on the probe along the axis that begins at `at` in the state, in contact [N]."""
+    around = Surroundings(Cubic(probe, rate, 0.0, 0.0), over, state[at + ANCHOR], True, t)
+    return contact_force(state, at, around, 0.0, c)
 
 
 def _over(axes: int) -> Callable[..., None]:
@@ -79,14 +88,19 @@ def _over(axes: int) -> Callable[..., None]:
                 else:
                     advance_object(state, 0, s, h, along, across, above, contact, start, c, vector, size)
             normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
+            felt, other = 0.0, 0.0
+            if contact:
+                over = Cubic(height[k], height_rate[k], 0.0, 0.0)
+                felt = _felt(state, 0, probe[0, k], probe_rate[0, k], over, time[k] - begin_at, c)
+                if axes == 2:
+                    other = _felt(state, AXIS_SIZE, probe[1, k], probe_rate[1, k], over, time[k] - begin_at, c)
+            if axes == 2 and c.normal_axis != 0.0:
+                felt, other, normal = in_force_frame(p, int(c.normal_axis), felt, other, normal)
+            if len(force) > axes:
+                force[axes, k] = normal
             for i in range(axes):
-                at, felt = AXIS_SIZE * i, 0.0
-                if contact:
-                    here = Cubic(probe[i, k], probe_rate[i, k], 0.0, 0.0)
-                    over = Cubic(height[k], height_rate[k], 0.0, 0.0)
-                    around = Surroundings(here, over, state[at + ANCHOR], True, time[k] - begin_at)
-                    felt = contact_force(state, at, around, 0.0, c)
-                sense(state, at, felt, normal, time[k] - begin_at, h, c)
+                at = AXIS_SIZE * i
+                sense(state, at, felt if i == 0 else other, normal, time[k] - begin_at, h, c)
                 force[i, k] = state[at + READING]
                 body[i, k], body_rate[i, k] = state[at + POSITION], state[at + VELOCITY]
 
@@ -109,4 +123,8 @@ Args:
     body, body_rate: (1, n) to be filled with the body's displacement and its rate [m], [m/s].
 """
 replay_plane: Final = _over(2)
-"""`replay_axis` for x and y at once, whose friction may be a vector: probe, force and body are (2, n)."""
+"""`replay_axis` for x and y at once, whose friction may be a vector: probe, force and body are (2, n).
+
+A third row of `force` is filled with what the sensor feels along its normal axis, before its laws [N]. Only both axes
+together know what a sensor that is askew feels along either.
+"""

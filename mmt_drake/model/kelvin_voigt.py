@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, READING, VELOCITY, advance_memory, read_motion, sense
-from mmt_drake.model.forces import Surroundings, constants, deflection, forces
+from mmt_drake.model.forces import BodyMotion, Surroundings, constants, deflection, forces
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.over import take_course
 from mmt_drake.model.parameters import COURSE, Constants, kernel_vector
@@ -48,7 +48,7 @@ class KelvinVoigt(Structure):
 
     NAME: ClassVar = "kelvin_voigt"
     BLOCKS: ClassVar = ("friction", "contact", "force_sensor", "channel")
-    SYMBOLS: ClassVar = {"b": "b", "k": "k", "k2": "k", "b2": "b"}
+    SYMBOLS: ClassVar = {"b": "b", "k": "k", "k2": "k", "b2": "b", "normal_k": "k", "normal_b": "b"}
 
     def value(self, symbol: str) -> float:
         """See `Structure.value`; Coulomb friction is nothing that the structure has by itself."""
@@ -79,14 +79,18 @@ STATE_SIZE = _next.size
 
 
 @njit(error_model="numpy", forceinline=True)
-def _force(state: Array, c: Constants) -> float:
-    """Force on the probe at the latest sample [N]."""
-    nothing, load = Cubic(0.0, 0.0, 0.0, 0.0), Cubic(state[LOAD], 0.0, 0.0, 0.0)
-    around = Surroundings(nothing, load, c.rest, True, state[TIME] - state[BEGAN])
-    probe = read_motion(state, BODY)
+def spring_force(probe: BodyMotion, load: float, t: float, c: Constants) -> float:
+    """Force on the probe [N] where it is, under a normal load [N], t [s] after the first sample."""
+    around = Surroundings(Cubic(0.0, 0.0, 0.0, 0.0), Cubic(load, 0.0, 0.0, 0.0), c.rest, True, t)
     acting = forces(probe, 0.0, around, c)
     _, d_rate = deflection(probe.x, probe.v, 0.0, around, c)
     return acting.drive - c.b2 * d_rate - probe.mode * acting.sliding
+
+
+@njit(error_model="numpy", forceinline=True)
+def _force(state: Array, c: Constants) -> float:
+    """Force on the probe at the latest sample [N]."""
+    return spring_force(read_motion(state, BODY), state[LOAD], state[TIME] - state[BEGAN], c)
 
 
 @njit(cache=True, error_model="numpy")

@@ -116,12 +116,14 @@ class Law:
         slot: where it acts.
         remembers: whether it uses its memory.
         order: of sensor laws: the lesser reads first.
+        every_axis: of sensor laws: whether it reads the force along the surface normal as well.
     """
 
     function: LawFunction
     slot: Slot
     remembers: bool = False
     order: int = 0
+    every_axis: bool = False
 
     @cached_property
     def _compiled(self) -> Any:
@@ -164,9 +166,11 @@ def load_file(module: str, path: str) -> ModuleType:
     return loaded
 
 
-def law(slot: Slot, *, remembers: bool = False, order: int = 0) -> Callable[[LawFunction], Law]:
+def law(
+    slot: Slot, *, remembers: bool = False, order: int = 0, every_axis: bool = False
+) -> Callable[[LawFunction], Law]:
     """Decorator: make a function the law of an effect; arguments as the attributes of `Law`."""
-    return lambda function: Law(function, slot, remembers, order)
+    return lambda function: Law(function, slot, remembers, order, every_axis)
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,16 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, replace
+from dataclasses import asdict, astuple, dataclass, field, replace
 from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numba import njit
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.laws import Slot, table
-from mmt_drake.model.structure import Additions, Friction, Structure
+from mmt_drake.model.laws import ActiveLaw, Slot, table
+from mmt_drake.model.structure import Additions, Axis, Friction, Structure
+from mmt_drake.model.turned import rotation
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness, quantities
 
@@ -28,6 +29,9 @@ class Constants(NamedTuple):
             none. The vector must outlive this.
         course: where in the vector the numbers stand that change in the course of a recording (`model.over`); 0: none.
         planar: address of `mmt_drake.model.plane_call` where friction is a vector; 0: each tangential axis has its own.
+        normal_axis: where in the vector the numbers of `mmt_drake.model.turned` stand, and behind them those of
+            `mmt_drake.model.normal_axis`; what is then given as the height is the load, by normal_k = -1. 0: the normal
+            axis is a spring and a damper alone, and the sensor is not askew.
         inverse_mass: of the body alone [1/kg].
         remembers: a law on the body has a memory.
         smooth: there is no set-valued friction.
@@ -54,6 +58,7 @@ class Constants(NamedTuple):
     loaded: float
     course: float
     planar: float
+    normal_axis: float
     laws: int
     inverse_mass: float
     remembers: bool
@@ -62,7 +67,7 @@ class Constants(NamedTuple):
 
 KERNEL_SIZE = LAW_TABLE = Constants._fields.index("laws") + 1
 """Of a kernel vector without laws."""
-M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_, COURSE, PLANAR, LAWS = range(KERNEL_SIZE)
+M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_, COURSE, PLANAR, NORMAL_AXIS, LAWS = range(KERNEL_SIZE)
 
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).
@@ -146,11 +151,17 @@ def kernel_vector(added: Additions, friction: Friction, **numbers: float) -> Arr
 
 
 InPlane = Literal["vector", "per_axis"]
+_OF_NORMAL = "normal."
+NORMAL = tuple(f"{_OF_NORMAL}{symbol}" for symbol in quantities(NormalContact))
+"""Symbols of the numbers of the normal axis."""
 
 
 @dataclass(frozen=True)
 class FlexibleBoxModel(Structure):
-    """Everything that defines one flexible object: structure, friction, normal axis, and what effects add."""
+    """Everything that defines one flexible object: structure, friction, normal axis, and what effects add.
+
+    The normal axis' own numbers are called normal.k and normal.b.
+    """
 
     parameters: BoxParameters = BoxParameters()
     normal: NormalContact = NormalContact()
@@ -161,23 +172,45 @@ class FlexibleBoxModel(Structure):
 
     None: nobody said. It is a vector then, and a diagnosis looks at both.
     """
+    along_normal: Additions = field(default=Additions(), metadata={"in_files": False})
+    """All that effects have added to the normal axis."""
 
     NAME: ClassVar = "flexible_box"
-    BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel")
-    SYMBOLS: ClassVar = {"m": "m", "Fc": "Fc", "b": "b1", "k": "k1", "k2": "k2", "b2": "b2"}
+    BLOCKS: ClassVar = ("friction", "contact", "body", "force_sensor", "channel", "geometry")
+    SYMBOLS: ClassVar = {
+        **{"m": "m", "Fc": "Fc", "b": "b1", "k": "k1", "k2": "k2", "b2": "b2"},
+        **{"normal_k": "normal.k", "normal_b": "normal.b"},
+    }
+    AXES: ClassVar = ("", "z")
+    ALWAYS: ClassVar = NORMAL
 
     @property
     def determinable(self) -> Mapping[str, Quantity]:
         """See `Structure.determinable`."""
-        return quantities(BoxParameters)
+        own = zip(NORMAL, quantities(NormalContact).values(), strict=True)
+        return {**quantities(BoxParameters), **dict(own)}
 
     def parameter(self, symbol: str) -> float:
         """See `Structure.parameter`."""
-        return float(getattr(self.parameters, symbol))
+        owner, own = (self.normal, symbol.removeprefix(_OF_NORMAL)) if symbol in NORMAL else (self.parameters, symbol)
+        return float(getattr(owner, own))
 
     def with_parameters(self, **values: float) -> Self:
         """See `Structure.with_parameters`."""
-        return replace(self, parameters=replace(self.parameters, **values))
+        normal = {s.removeprefix(_OF_NORMAL): values.pop(s) for s in NORMAL if s in values}
+        return replace(self, parameters=replace(self.parameters, **values), normal=replace(self.normal, **normal))
+
+    def usual(self, symbol: str) -> float:
+        """See `Structure.usual`: what it is along the surface."""
+        return self.parameter(f"{symbol.removeprefix(_OF_NORMAL)}2") if symbol in NORMAL else 0.0
+
+    def with_law(self, law: ActiveLaw, axis: Axis = "") -> Self:
+        """See `Structure.with_law`; the force sensor's that read every axis read the normal one, too."""
+        if axis == "z":
+            more = replace(self.along_normal, laws=(*self.along_normal.laws, law))
+            return replace(self, along_normal=more)
+        model = super().with_law(law)
+        return model.with_law(law, "z") if law.law.every_axis else model
 
     def value(self, symbol: str) -> float:
         """See `Structure.value`."""
@@ -215,7 +248,14 @@ class FlexibleBoxModel(Structure):
 
             planar = plane_call.planar("vector")
         numbers = {**body, **normal, "planar": planar, "max_step": min(max_step, step)}
-        return kernel_vector(added, self._acting_friction, **numbers)
+        vector = kernel_vector(added, self._acting_friction, **numbers)
+        if self.along_normal == Additions() and not any(added.turn):
+            return vector
+        from mmt_drake.model.kelvin_voigt import KelvinVoigt  # late, too
+
+        vector[NORMAL_K], vector[NORMAL_B], vector[NORMAL_AXIS] = -1.0, 0.0, len(vector)
+        spring = KelvinVoigt(k=self.normal.k, b=self.normal.b, additions=self.along_normal)
+        return np.concatenate([vector, rotation(*added.turn), spring.kernel_vector(max_step)])
 
     def theta(self) -> Array:
         """The model as the (10,) numbers that cross the network."""

@@ -23,6 +23,9 @@ ABSENT = {
     "k": 0.0,
     "k2": 0.0,
     "b2": 0.0,
+    "normal_k": 0.0,
+    "normal_b": 0.0,
+    "normal_m": 0.0,
     "g": 0.0,
     "gain": 1.0,
     "pendulum": 0.0,
@@ -30,6 +33,8 @@ ABSENT = {
 }
 
 Initial = Literal["rest", "fitted"]
+Axis = Literal["", "z"]
+"""Along which a law acts: that, or those, along which the structure moves; or the surface normal."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +115,7 @@ class Additions(Checked):
         gap: total clearance of the contact spring, or of a transmission [m].
         dead_band: total width within which an input does nothing, in its unit.
         delay: by which the force (or output) comes later than the position (or input) [s].
+        turn: by which the frame of forces is turned against that of positions, about x, y and z [rad].
         course: numbers that change in the course of a recording (`mmt_drake.over`).
 
     Raises:
@@ -122,6 +128,7 @@ class Additions(Checked):
     gap: Annotated[float, Quantity("m")] = 0.0
     dead_band: Annotated[float, Quantity("1")] = 0.0
     delay: Annotated[float, Quantity("s")] = 0.0
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
     course: Course | None = field(default=None, compare=False, repr=False)
 
     CALLED: ClassVar = "effects"
@@ -168,7 +175,8 @@ class Structure(Checked):
     """Base of the models. Effects change a model through these methods only, so an effect fits every structure.
 
     A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
-    contact spring and damper), gain (force per unit of the input), ratio (position per unit of the input), g (constant
+    contact spring and damper), normal_k, normal_b, normal_m (those of the axis along the surface normal, and what they
+    move: nothing), gain (force per unit of the input), ratio (position per unit of the input), g (constant
     gravity along the output) and pendulum (the moment of gravity on it). What stands for each is said by `SYMBOLS`.
     """
 
@@ -180,6 +188,8 @@ class Structure(Checked):
     """Common symbol -> the structure's own."""
     GIVEN: ClassVar[tuple[str, ...]] = ()
     """Those of them that are known better from elsewhere: fitted only where they alone explain what was recorded."""
+    AXES: ClassVar[tuple[Axis, ...]] = ("",)
+    """Along which laws may act."""
     ALWAYS: ClassVar[tuple[str, ...]] = ()
     """Its own numbers that are fitted where they are 0, too: 0 does not say that they were left out."""
     additions: Additions = field(default=Additions(), metadata={"in_files": False})
@@ -236,6 +246,10 @@ class Structure(Checked):
         curve = self.curve(symbol)
         return (symbol,) if curve is None else curve.symbols
 
+    def usual(self, symbol: str) -> float:
+        """How large a number of `ALWAYS` may be that is 0, as far as the structure knows; else 0."""
+        return 0.0
+
     def number(self, symbol: str) -> float:
         """`parameter`, or one of those of a curve by its name."""
         curve = self.curve(plain(symbol))
@@ -254,8 +268,8 @@ class Structure(Checked):
         """The same model with fields of `additions` replaced."""
         return replace(self, additions=replace(self.additions, **changes))
 
-    def with_law(self, law: ActiveLaw) -> Self:
-        """The same model with one more law."""
+    def with_law(self, law: ActiveLaw, axis: Axis = "") -> Self:
+        """The same model with one more law, along an axis."""
         return self.with_additions(laws=(*self.additions.laws, law))
 
 

@@ -59,7 +59,7 @@ def _read(
     else:
         box.advance(now, t, motion, contact, p)
     read = out[FORCE : FORCE + 3]  # first what the sensor reads, in the end the force itself
-    box.reading(now, p, read)
+    box.reading(now, read)
     if noisy:
         fill_normal(seed, int(now[_TICK]), out[:FORCE])
         for i in range(3):
@@ -108,7 +108,7 @@ class FlexibleBox(SurfaceSystem):
     - `force` (3): force on the probe [N] as it is.
     - `in_contact` (1): 1 where the tip is below the surface.
     - `body` (4): displacement of the body in x and y [m], then its velocity [m/s].
-    - `readout` (54): the four above in that order, then the system's memory.
+    - `readout` (67): the four above in that order, then the system's memory.
     - `point_cloud` (abstract, `Cloud`): the surface, which moves with the body; renewed at the cloud's period.
 
     Args:

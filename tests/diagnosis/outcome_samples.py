@@ -7,12 +7,12 @@ from diagnosis_samples import MODEL, contact_recording
 
 from mmt_drake.diagnosis.fit.errors import heldout_nrmse, intervals_of, noise_floor
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.prepare import Prepared, fit_normal, prepare, with_normal
+from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, HeldoutNrmse, NamedEffect
 from mmt_drake.effects import LIBRARY
-from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
+from mmt_drake.model.parameters import NormalContact
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
 
@@ -39,12 +39,11 @@ def outcome(recording: Recording, model: Structure, starts: Mapping[str, Mapping
     prepared = prepare([recording], model)
     assert prepared.problem is not None
     refit, best = fitted(prepared, model), fitted(prepared, model, starts)
-    normal = fit_normal(prepared.problem, model, late=refit.skew) if isinstance(model, FlexibleBoxModel) else None
-    own = None if normal is None else normal.normal
-    track, axes = prepared.problem.tracks[0], prepared.preflights[0].axes
+    track = prepared.problem.tracks[0]
+    axes = tuple(track.axis for track in prepared.problem.tracks)
     blocks = intervals_of(track.time, track.heldout)
-    after = with_normal(best.model, own)
-    errors = [heldout_nrmse(recording, one, blocks, axes) for one in (model, with_normal(refit.model, own), after)]
+    after = best.model
+    errors = [heldout_nrmse(recording, one, blocks, axes) for one in (model, refit.model, after)]
     found = [
         NamedEffect(e.name, e.family, e.block, "law", {p: EffectParameter(v, "") for p, v in values.items()})
         for e, values in zip(best.hypothesis.effects, best.hypothesis.effect_values(best.x).values(), strict=True)
@@ -60,4 +59,4 @@ def outcome(recording: Recording, model: Structure, starts: Mapping[str, Mapping
             heldout_nrmse=HeldoutNrmse(*errors),
         ),
     )
-    return Outcome(diagnosis, prepared, model, refit, best, own)
+    return Outcome(diagnosis, prepared, model, refit, best)

@@ -85,7 +85,7 @@ def test_no_sample_or_no_axis_to_count_is_bad_input() -> None:
     recording, _ = off_by(0.0)
     with pytest.raises(BadInput, match="no sample that counts"):
         heldout_nrmse(recording, MODEL, ((100.0, 101.0),), ["y"])
-    with pytest.raises(BadInput, match="x, y or both"):
+    with pytest.raises(BadInput, match="x, y, z or several"):
         heldout_nrmse(recording, MODEL, BLOCKS)
     still = changed(recording, force_y=np.zeros(len(recording)))
     with pytest.raises(BadInput, match="constant output"):

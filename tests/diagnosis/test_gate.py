@@ -43,23 +43,40 @@ def costing(hypothesis: Hypothesis, cost: float) -> Fitted:
 
 
 def test_what_a_fit_leaves_is_judged_on_data_that_it_has_not_seen(standard):
-    model = PLAIN.vector({"k2": 1.5 * PLAIN.nominal.parameter("k2")}, {})
-    fitted = standard.problem.unchanged(PLAIN, model)
+    fitted = standard.problem.unchanged(PLAIN, PLAIN.vector({"k2": 1.5 * PLAIN.nominal.parameter("k2")}, {}))
     seen, unseen = (standard.problem.ratio(fitted.model, fitted.skew, heldout=flag) for flag in (False, True))
     assert standard.heldout(fitted) == unseen != seen
-    assert standard.left(fitted) == max(
-        map(standard.excess, (unseen, np.sqrt(fitted.cost / standard.problem.samples())))
+    problem = standard.problem
+    by_axis = problem.ratios(problem.residual(fitted.model, heldout=True, coarse=1.0), heldout=True)
+    assert set(by_axis) == {"y", "z"} and by_axis["z"] < 1.5 < by_axis["y"]
+    assert standard.left(fitted) == pytest.approx(
+        max(standard.excess(ratios)["y"] for ratios in (by_axis, problem.ratios(fitted.minimum.residual))), rel=1e-12
     )
 
 
+def test_a_mismatch_along_one_axis_counts_in_full_however_well_others_are_explained(standard):
+    wrong = replace(model(), normal=replace(model().normal, k=1.3 * model().normal.k))
+    hypothesis = Hypothesis(wrong)
+    fitted = standard.problem.unchanged(hypothesis, hypothesis.base())
+    alone = tuple(track for track in standard.problem.tracks if track.axis == "z")
+    of_z = NoiseReference.of(replace(standard.problem, tracks=alone))
+    assert standard.left(fitted) == pytest.approx(
+        of_z.left(of_z.problem.unchanged(hypothesis, hypothesis.base())), rel=1e-9
+    )
+    right = standard.problem.unchanged(PLAIN, PLAIN.base())
+    assert standard.gain(fitted, right) > 1.0 > NOTHING_LEFT > standard.left(right)
+
+
 def test_what_is_left_counts_beyond_the_noise_and_over_the_sensors(standard):
-    assert standard.excess(0.9) == standard.excess(1.0) == 0.0
-    assert standard.excess(np.hypot(1.0, 0.5 * standard.sensor)) == pytest.approx(0.5, rel=1e-12)
+    assert standard.excess({"y": 0.9, "z": 1.0}) == {"y": 0.0, "z": 0.0}
+    ratios = {axis: np.hypot(1.0, 0.5 * sensor) for axis, sensor in standard.sensor.items()}
+    assert standard.excess(ratios) == pytest.approx({"y": 0.5, "z": 0.5}, rel=1e-12)
 
 
 def test_noise_within_the_band_that_outweighs_the_sensors_own_is_the_measure(standard):
     problem = standard.problem
-    for factor, sensor in ((0.5, 2.0 * standard.sensor), (1e4, 1.0)):  # the position's noise, sent through the model
+    twice = {axis: 2.0 * sensor for axis, sensor in standard.sensor.items()}
+    for factor, sensor in ((0.5, twice), (1e4, {"y": 1.0, "z": 1.0})):  # the position's noise, sent through the model
         tracks = tuple(replace(track, floor=factor * track.floor) for track in problem.tracks)
         assert NoiseReference.of(replace(problem, tracks=tracks)).sensor == pytest.approx(sensor, rel=1e-12)
 

@@ -95,9 +95,7 @@ def test_a_concealed_effect_is_found_with_its_size_and_leaves_the_noise(conceale
     best, *others = found.levels[0]
     assert best.hypothesis.names == (name,) and found.ratio(best) < ENOUGH < 2.0 < found.ratio(found.base)
     assert found.problem.ratio(best.model, best.skew, heldout=True) < ENOUGH
-    truth = best.hypothesis.vector(
-        {s: getattr(model().parameters, s) for s in best.hypothesis.free}, {name: dict(values)}
-    )
+    truth = best.hypothesis.vector({s: model().parameter(s) for s in best.hypothesis.free}, {name: dict(values)})
     standard_error = np.sqrt(np.diag(np.linalg.inv(best.minimum.jacobian.T @ best.minimum.jacobian)))
     # The input's noise is not white, which these errors do not know: they are too small by about two.
     assert np.all(np.abs(best.x - truth) < 8.0 * standard_error)

@@ -26,8 +26,8 @@ def found() -> Outcome:
 
 @pytest.fixture(scope="module")
 def evidence(found: Outcome) -> Evidence:
-    """Of its one axis."""
-    (piece,) = pictures_of(found)
+    """Of its one axis along the surface."""
+    piece, _ = pictures_of(found)
     return piece
 
 
@@ -37,10 +37,13 @@ def test_models_are_those_that_the_figures_are_of(found: Outcome, evidence: Evid
     assert evidence.heldout_s == found.diagnosis.fit.heldout_s
     np.testing.assert_array_equal(evidence.measured.values, recording["force_y"])
     np.testing.assert_array_equal(evidence.counted, recording["in_contact"] == 1.0)
+    _, normal = pictures_of(found)
+    assert normal.label == "made.csv, z" and set(normal.states) == {"depth", "depth_rate"}
     chosen = evidence.heldout & evidence.counted
-    spread = np.std(recording["force_y"][chosen])
+    spread = np.std([recording["force_y"][chosen], recording["force_z"][chosen]])
     for name, residual in evidence.residuals.items():
-        assert np.sqrt(np.mean(residual[chosen] ** 2)) / spread == pytest.approx(getattr(errors, name), rel=1e-9), name
+        both = [residual[chosen], normal.residuals[name][chosen]]
+        assert np.sqrt(np.mean(np.square(both))) / spread == pytest.approx(getattr(errors, name), rel=1e-9), name
 
 
 def test_the_noise_is_what_the_right_model_leaves(evidence: Evidence) -> None:
@@ -85,14 +88,14 @@ def test_states_are_on_the_recording_s_clock(found: Outcome, evidence: Evidence)
     assert set(evidence.states) == {"sliding_velocity", "deflection", "deflection_rate", "position", "load"}
     recording = found.prepared.recordings[0]
     z, rate = recording["position_z"], recording["velocity_z"]
-    normal = found.normal
+    normal = found.best.model.normal
     load = np.where(evidence.counted, np.maximum(-normal.k * z - normal.b * rate, 0.0), 0.0)
     inner = slice(200, -200)
     np.testing.assert_allclose(evidence.states["load"].values[inner].mean(), load[inner].mean(), rtol=0.02)
 
 
 def test_without_a_fit_there_is_the_nominal_model_alone(found: Outcome) -> None:
-    (piece,) = pictures_of(replace(found, refit=None, best=None, normal=None))
+    piece, _ = pictures_of(replace(found, refit=None, best=None))
     assert list(piece.models) == ["nominal"]
     assert piece.friction is None
     assert piece.restoring is None

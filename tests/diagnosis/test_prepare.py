@@ -6,24 +6,39 @@ import numpy as np
 import pytest
 from diagnosis_samples import MODEL, NORMAL_B, NORMAL_K, changed, cut
 
-from mmt_drake.diagnosis.fit.prepare import fit_normal, prepare
+from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.validate import intervals
+from mmt_drake.model.parameters import NORMAL
 from mmt_drake.recording import Recording
+
+
+def normal_fit(recording):
+    """k and b of the normal axis, their intervals, and what the fit leaves along it over the noise."""
+    problem = prepare([recording], MODEL).problem
+    problem = replace(problem, tracks=tuple(track for track in problem.tracks if isinstance(track, NormalTrack)))
+    hypothesis = Hypothesis(MODEL)
+    fitted = problem.fit(hypothesis, hypothesis.base())
+    names = [parameter.symbol for parameter in hypothesis.free_parameters()]
+    ci = intervals(problem, fitted)
+    return [(fitted.x[i], ci[i]) for i in map(names.index, NORMAL)], problem.left(fitted)
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.6])
 def test_the_normal_axis_is_right_whatever_share_of_its_force_is_clipped(strokes, share):
     limit = np.quantile(strokes["force_z"][strokes["in_contact"] > 0.0], 1.0 - share)
     clipped = changed(strokes, force_z=np.minimum(strokes["force_z"], limit))
-    fit = fit_normal(prepare([clipped], MODEL).problem, MODEL)
-    assert fit.normal.k == pytest.approx(NORMAL_K, rel=3e-3) and fit.normal.b == pytest.approx(NORMAL_B, rel=0.03)
-    for (low, high), value in zip(fit.ci95, (NORMAL_K, NORMAL_B), strict=True):
-        assert low < value < high
-    assert fit.before < 1.5
+    ((k, k_ci), (b, b_ci)), left = normal_fit(clipped)
+    assert k == pytest.approx(NORMAL_K, rel=3e-3) and b == pytest.approx(NORMAL_B, rel=0.03)
+    assert k_ci[0] < NORMAL_K < k_ci[1] and b_ci[0] < NORMAL_B < b_ci[1]
+    assert left < 1.5
 
 
 def test_of_a_normal_force_that_is_always_at_its_limit_or_dead_nothing_is_said(strokes):
     for force in (np.minimum(strokes["force_z"], 0.3), np.zeros(len(strokes))):
-        assert fit_normal(prepare([changed(strokes, force_z=force)], MODEL).problem, MODEL) is None
+        problem = prepare([changed(strokes, force_z=force)], MODEL).problem
+        assert [track.axis for track in problem.tracks] == ["y"] and set(NORMAL) <= set(problem.unseen)
 
 
 def test_a_normal_force_that_is_not_clipped_counts_everywhere(strokes):

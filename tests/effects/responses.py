@@ -41,6 +41,13 @@ SOME = {
     "hysteresis": {"alpha": 300.0, "beta": 150.0},
     "contact_gap": {"gap": 0.004},
     "stiffness_drift": {"rate": 0.2},
+    "power_law_stiffness": {"k": 9000.0, "p": 1.5},
+    "normal_nonlinear_stiffness": {"k3": 2e7},
+    "normal_hunt_crossley_damping": {"lambda": 300.0},
+    "normal_viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.1},
+    "normal_hardening_relaxation": {"k3_maxwell": 2e7, "tau": 0.1},
+    "normal_hysteresis": {"alpha": 300.0, "beta": 500.0},
+    "normal_stiffness_drift": {"rate": 0.2},
     "constant_force": {"F": 1.0},
     "ground_spring": {"k": 60.0},
     "mass_change": {"time": 1.6, "dm": 0.5},
@@ -55,6 +62,7 @@ SOME = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.5},
     "time_delay": {"delay": 0.0153},
+    "frame_misalignment": {"rx": 0.1, "ry": -0.15, "rz": 0.2},
     "gear_play": {"gap": 0.004},
     "dead_band": {"width": 0.8},
     "tabulated_force": {"of": "sliding_velocity", "at": [-0.2, -0.02, 0.02, 0.2], "value": [-0.6, -0.9, 0.9, 0.6]},
@@ -81,8 +89,11 @@ def applied(model, name, values=None):
     return effect.apply(model, effect.checked(SOME[name] if values is None else values, model, "test"))
 
 
-def respond(model, max_step=np.inf, rates=False):
-    """(n,) tangential force that the sensor reads, or a body's output; with `rates` also the input's power."""
+def respond(model, max_step=np.inf, rates=False, to=""):
+    """(n,) force that the sensor reads, or a body's output; with `rates` also the input's power.
+
+    The tangential force, or the normal one `to` an effect along it, or all three, (3 n,), to one that turns them.
+    """
     p, delay, n = model.kernel_vector(max_step), model.additions.delay, len(TIME)
     if isinstance(model, PositionOut):
         u = delayed_input(TIME, 60.0 * STROKE if isinstance(model, DrivenBodyModel) else STROKE, delay)
@@ -107,4 +118,7 @@ def respond(model, max_step=np.inf, rates=False):
     force, body = np.empty((n, 3)), np.empty((n, 4))
     contact = np.full(n, flexible_box.CONTACT_BY_GEOMETRY)
     flexible_box.replay(TIME, position, velocity, contact, p, force, body)
-    return (force[:, 1], -force[:, 1] * velocity[:, 1]) if rates else force[:, 1].copy()
+    if to and LIBRARY[to].block == "geometry":
+        return force.T.ravel()
+    i = 2 if to and LIBRARY[to].axis == "z" else 1
+    return (force[:, i], -force[:, i] * velocity[:, i]) if rates else force[:, i].copy()

@@ -33,6 +33,13 @@ hardening_relaxation contact k3_maxwell tau
 hysteresis contact alpha beta
 contact_gap contact gap
 stiffness_drift contact rate
+power_law_stiffness contact k p
+normal_nonlinear_stiffness contact k3
+normal_hunt_crossley_damping contact lambda
+normal_viscoelastic_relaxation contact k_maxwell tau
+normal_hardening_relaxation contact k3_maxwell tau
+normal_hysteresis contact alpha beta
+normal_stiffness_drift contact rate
 constant_force body F
 ground_spring body k
 mass_change body time dm
@@ -47,6 +54,7 @@ force_crosstalk force_sensor gain
 force_saturation force_sensor limit
 periodic_disturbance force_sensor amplitude frequency phase
 time_delay channel delay
+frame_misalignment geometry rx ry rz
 gear_play drive gap
 dead_band drive width
 tabulated_force any of at value
@@ -70,19 +78,19 @@ def test_at_its_vanishing_value_it_changes_nothing(name, structure):
     if name == "presliding_friction":  # without bristles there is no friction at all
         model = model.with_value("Fc", 0.0)
     changed = applied(model, name, LIBRARY[name].vanished(model))
-    np.testing.assert_allclose(respond(changed), respond(model), atol=1e-9)
+    np.testing.assert_allclose(respond(changed, to=name), respond(model, to=name), atol=1e-9)
 
 
 @pytest.mark.parametrize(("name", "structure"), PLACES)
 def test_it_changes_the_response_where_it_is_there(name, structure):
-    nominal = respond(MODELS[structure])
-    assert np.abs(respond(applied(MODELS[structure], name)) - nominal).max() > 0.02 * nominal.std()
+    nominal = respond(MODELS[structure], to=name)
+    assert np.abs(respond(applied(MODELS[structure], name), to=name) - nominal).max() > 0.02 * nominal.std()
 
 
 @pytest.mark.parametrize(("name", "structure"), [place for place in PLACES if LIBRARY[place[0]].passive])
 def test_where_it_says_so_it_is_passive(name, structure):
     # The work put in never falls below zero: nothing here is a source of energy.
-    _, power = respond(applied(MODELS[structure], name), rates=True)
+    _, power = respond(applied(MODELS[structure], name), rates=True, to=name)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * 1e-3)])
     assert work.min() > -1e-6 and work[-1] > 0.0
 
@@ -91,7 +99,7 @@ def test_where_it_says_so_it_is_passive(name, structure):
 def test_halving_the_integration_step_changes_next_to_nothing(name, structure):
     model = applied(MODELS[structure], name)
     step = min(model.kernel_vector()[MAX_STEP], 1e-3)
-    coarse, fine = respond(model), respond(model, 0.5 * step)
+    coarse, fine = respond(model, to=name), respond(model, 0.5 * step, to=name)
     # Where a clearance closes the damper's force jumps, and a sample may fall on either side.
     assert np.sqrt(np.mean((coarse - fine) ** 2)) < 1e-4 * coarse.std()
 
@@ -102,12 +110,12 @@ def test_its_parameters_are_found_again_in_its_own_response(name):
     symbols = [p.symbol for p in searched(name)]
     rest = {symbol: value for symbol, value in SOME[name].items() if symbol not in symbols}
     truth = np.array([SOME[name][symbol] for symbol in symbols])
-    response = respond(applied(MODELS[structure], name))
+    response = respond(applied(MODELS[structure], name), to=name)
     band = np.ones(21) / 21  # a fit compares in a band; the jumps of a clearance are no function to follow
 
     def error(parts):
         values = dict(zip(symbols, parts * truth, strict=True)) | rest
-        difference = respond(applied(MODELS[structure], name, values)) - response
+        difference = respond(applied(MODELS[structure], name, values), to=name) - response
         return np.convolve(difference, band, "valid") / response.std()
 
     # 20 % off; a moment and a frequency no worse than a grid of starts leaves them.
@@ -195,12 +203,15 @@ FAMILIES = """
 dry_friction coulomb_friction asymmetric_friction static_friction stribeck_friction presliding_friction
 dry_friction load_dependent_friction smooth_coulomb_friction dahl_friction elastoplastic_play
 viscous viscous_friction asymmetric_viscous_friction quadratic_drag
-contact_stiffness nonlinear_stiffness contact_gap stiffness_drift
+contact_stiffness nonlinear_stiffness contact_gap stiffness_drift power_law_stiffness
+contact_stiffness normal_nonlinear_stiffness normal_stiffness_drift
 contact_loss hunt_crossley_damping viscoelastic_relaxation hardening_relaxation hysteresis
+contact_loss normal_hunt_crossley_damping normal_viscoelastic_relaxation normal_hardening_relaxation normal_hysteresis
 body_force constant_force ground_spring end_stop gravity_offset torque_ripple
 inertia mass_change second_mode
 sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance
 timing time_delay force_lag
+geometry frame_misalignment
 drive_train gear_play dead_band
 tabulated_force tabulated_force
 """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
-from mmt_drake.model.flexible_box import BODY, CONTACT, STATE_SIZE
+from mmt_drake.model.flexible_box import BODY, CONTACT, NORMAL, STATE_SIZE
 from mmt_drake.model.held_body import HELD_SIZE, NEAR, astray, lead
 
 
@@ -13,7 +13,7 @@ from mmt_drake.model.held_body import HELD_SIZE, NEAR, astray, lead
 def test_a_body_is_astray_where_the_sum_of_position_and_anchor_is_not_the_reported_one(i, off, known):
     state, held, since = np.zeros(STATE_SIZE), np.zeros(HELD_SIZE), np.ones(2)
     state[CONTACT] = 1.0
-    bodies, entries = state[BODY:].reshape(2, AXIS_SIZE), held.reshape(2, 3)
+    bodies, entries = state[BODY:NORMAL].reshape(2, AXIS_SIZE), held.reshape(2, 3)
     at = 2.0**-14  # as a sum 0, and the report's is `off`, both to the last bit
     bodies[i, [POSITION, ANCHOR]], entries[i] = [at, -at], [0.5 * off, 0.5 * off, 2.0]
     assert astray(state, i, held, since) == known and not astray(state, 1 - i, held, since)

@@ -122,7 +122,7 @@ def test_a_touch_empties_the_memory_of_the_contact_and_no_other(laws, left):
     model = FlexibleBoxModel(BoxParameters(k1=0.0)).with_additions(laws=tuple(ActiveLaw(one, ()) for one in laws))
     p, state, motion = model.kernel_vector(), np.empty(box.STATE_SIZE), np.array([0.3, -0.2, 0.01, 0.0, 0.0, 0.0])
     box.begin(state, 0.0, motion, 0.0, p)
-    bodies = state[box.BODY :].reshape(2, AXIS_SIZE)
+    bodies = state[box.BODY : box.NORMAL].reshape(2, AXIS_SIZE)
     bodies[:, MEMORY : MEMORY + 4], bodies[:, POSITION] = [1.0, 2.0, 3.0, 4.0], [0.04, 0.05]
     box.advance(state, STEP, motion, 1.0, p)
     assert bodies[:, MEMORY : MEMORY + 4].tolist() == [left, left]

@@ -172,7 +172,7 @@ def test_a_body_let_go_in_the_plane_slides_as_far_as_friction_allows_whatever_th
     p, along = FlexibleBoxModel(model, in_plane="vector").kernel_vector(), np.array([0.6, -0.8])
     state, motion = np.empty(flexible_box.STATE_SIZE), np.zeros(6)
     flexible_box.begin(state, 0.0, motion, 0.0, p)
-    bodies = state[flexible_box.BODY :].reshape(2, AXIS_SIZE)
+    bodies = state[flexible_box.BODY : flexible_box.NORMAL].reshape(2, AXIS_SIZE)
     bodies[:, VELOCITY], bodies[:, MODE] = along, np.sign(along)
     for k in range(1, round(12.0 / step) + 1):
         flexible_box.advance(state, k * step, motion, 0.0, p)

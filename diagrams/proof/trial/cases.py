@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, Literal, Protocol
 
 import numpy as np
 
-from mmt_drake.diagrams.proof.trial.laws import INSIDE, LAWS, OUTSIDE, Concealed, linear_object
+from mmt_drake.diagrams.proof.trial.laws import IN_TWO_DIRECTIONS, INSIDE, LAWS, OUTSIDE, Concealed, linear_object
 from mmt_drake.diagrams.proof.trial.plants import OWN, Plant
 from mmt_drake.diagrams.proof.trial.session import ContactSession, draw_session, normal_force
 from mmt_drake.diagrams.proof.trial.sizes import SIZES, Baseline
@@ -114,6 +114,8 @@ def draw_single(rng: np.random.Generator, name: str, effect: str, size: float, p
     """
     while True:
         base, session = draw_base(rng, (effect,)), draw_session(rng, plant)
+        if effect in IN_TWO_DIRECTIONS:
+            session = replace(session, plant=replace(plant, moves_x=1.0))
         effects = _conceal(rng, (effect,), base, session, size)
         visible = visibility(base, effects, session)
         if math.isfinite(visible):  # a spring that softens may give way altogether
@@ -123,7 +125,7 @@ def draw_single(rng: np.random.Generator, name: str, effect: str, size: float, p
 
 def draw_pair(rng: np.random.Generator, name: str, plant: Plant = OWN) -> Case:
     """A case with two plain effects, of different blocks mostly; neither stands in the other's place."""
-    inside = [effect for effect in INSIDE if effect in plant.effects]
+    inside = [effect for effect in INSIDE if effect in plant.effects and effect not in IN_TWO_DIRECTIONS]
     while True:
         pair = tuple(str(effect) for effect in rng.choice(inside, 2, replace=False))
         if any(set(pair) <= set(names) for names in _EXCLUSIVE):

@@ -6,7 +6,7 @@ plausible, and no effect of the library describes them.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 from mmt_drake.diagrams.proof.trial.physics import Physics
 from mmt_drake.diagrams.proof.trial.sensor import Sensor
@@ -19,7 +19,7 @@ class Hidden:
     """Where an effect acts and what it does.
 
     Attributes:
-        block: friction, contact, body, force_sensor or channel.
+        block: friction, contact, body, force_sensor, channel or geometry.
         plant: the physics with it, from the physics without it and its parameters.
         sensor: the same for the sensor chain.
         family: of laws of the library, of one outside it.
@@ -99,7 +99,12 @@ def _same(*symbols: str) -> Callable[[Physics, Values], Physics]:
 
 def _reading(**symbols: str) -> Callable[[Sensor, Values], Sensor]:
     """Sensor fields -> the parameters that they are set to."""
-    return lambda sensor, p: replace(sensor, **{field: p[symbol] for field, symbol in symbols.items()})
+
+    def changed(sensor: Sensor, p: Values) -> Sensor:
+        fields: dict[str, Any] = {field: p[symbol] for field, symbol in symbols.items()}
+        return replace(sensor, **fields)
+
+    return changed
 
 
 LAWS: Final[dict[str, Hidden]] = {
@@ -137,6 +142,7 @@ LAWS: Final[dict[str, Hidden]] = {
         "force_sensor", sensor=_reading(amplitude="amplitude", frequency="frequency", phase="phase")
     ),
     "time_delay": Hidden("channel", sensor=_reading(delay="delay")),
+    "frame_misalignment": Hidden("geometry", sensor=lambda s, p: replace(s, turn=(p["rx"], p["ry"], p["rz"]))),
     # Outside the library.
     "rough_patch": Hidden("friction", _set(patch_F="F", patch_from="from", patch_to="to"), family="dry_friction"),
     "ageing_friction": Hidden(
@@ -170,6 +176,9 @@ LAWS: Final[dict[str, Hidden]] = {
 
 OUTSIDE: Final[tuple[str, ...]] = tuple(LAWS)[list(LAWS).index("rough_patch") : list(LAWS).index("texture")]
 """Names of the effects that the library does not have."""
+
+IN_TWO_DIRECTIONS: Final = ("frame_misalignment",)
+"""Effects that only a probe shows in full which slides in two directions; none of them is one of a pair."""
 
 INSIDE: Final[tuple[str, ...]] = tuple(LAWS)[: list(LAWS).index("rough_patch")]
 """Names of the library's effects that a flexible object can have concealed."""

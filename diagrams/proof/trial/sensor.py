@@ -5,15 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import lfilter
+from scipy.spatial.transform import Rotation
 
 from mmt_drake.numeric.arrays import Array
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor chain: lag, delay, then what is added, then play and clipping. The defaults change nothing.
+    """A sensor chain: its frame, lag, delay, then what is added, then play and clipping. The defaults change nothing.
 
     Attributes:
+        turn: of the force frame against that of positions, about x, y and z [rad].
         lag: time constant of a first-order filter [s], on every axis.
         delay: force later than position [s], on every axis.
         delay_rate: growth of the delay, a clock that runs slow [s/s]; outside the library.
@@ -25,6 +27,7 @@ class Sensor:
         limit: readings are clipped there [N], on every axis.
     """
 
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
     lag: float = 0.0
     delay: float = 0.0
     delay_rate: float = 0.0
@@ -49,6 +52,10 @@ class Sensor:
             force, _ = lfilter([1.0 - late, late - pole], [1.0, -pole], force, zi=[late * force[0]])
         since = time - time[0]
         return np.interp(time - self.delay - self.delay_rate * since, fine_time, force)
+
+    def turned(self, force: Array) -> Array:
+        """A force (3, n) in the position frame as it is in the frame of the sensor."""
+        return np.asarray(Rotation.from_euler("xyz", self.turn).inv().apply(force.T)).T if any(self.turn) else force
 
     def tangential(self, time: Array, arrived: Array, normal: Array) -> Array:
         """The reading (n,) of a tangential axis before clipping, from what `arrival` gave of both forces (n,)."""

@@ -75,9 +75,11 @@ class ContactSession:
                 columns[f"velocity_{axis}"] = motion.velocity[:, i] + rng.normal(0.0, VELOCITY_NOISE, n)
         x_alive = motion.moves_x or self.still_x_alive
         axes = (0, 1) if x_alive else (1,)
-        tangential, _ = tangential_readings(physics, sensor, motion, axes, plant=self.plant)
-        readings = [np.zeros(n)] * (2 - len(axes)) + [*tangential, normal_reading(physics, sensor, motion)]
-        for axis, reading in zip("xyz", readings, strict=True):
+        arrived, _ = arrived_forces(physics, sensor, motion, axes, plant=self.plant)
+        for i in range(2):
+            if i in axes or any(sensor.turn):
+                arrived[i] = sensor.tangential(motion.time, arrived[i], arrived[2])
+        for axis, reading in zip("xyz", arrived, strict=True):
             columns[f"force_{axis}"] = sensor.clipped(reading + rng.normal(0.0, self.noise, n))
         if self.in_contact:
             columns["in_contact"] = motion.contact.astype(np.float64)
@@ -127,19 +129,28 @@ def tangential_readings(
         step: longest time step [s].
         plant: what simulates the object.
     """
+    arrived, body = arrived_forces(physics, sensor, motion, axes, step, plant)
+    return [sensor.tangential(motion.time, arrived[i], arrived[2]) for i in axes], body
+
+
+def arrived_forces(
+    physics: Physics, sensor: Sensor, motion: ProbeMotion, axes: Sequence[int], step: float = STEP_S, plant: Plant = OWN
+) -> tuple[Array, Array]:
+    """What arrives of the forces (3, n) [N] in the frame of the sensor, 0 along axes left out, and the body's motion.
+
+    Args:
+        physics, sensor, motion, axes, step, plant: as of `tangential_readings`.
+    """
     time = motion.time
     fine_forces, body = plant.forces(physics, motion, axes, math.ceil((time[1] - time[0]) / step))
-    fine, normal = np.linspace(time[0], time[-1], len(fine_forces)), normal_reading(physics, sensor, motion)
-    arrived = (sensor.arrival(fine, fine_force, time) for fine_force in fine_forces.T)
-    return [sensor.tangential(time, force, normal) for force in arrived], body
+    fine, arrived = np.linspace(time[0], time[-1], len(fine_forces)), np.zeros((3, len(time)))
+    for axis, fine_force in zip(axes, fine_forces.T, strict=True):
+        arrived[axis] = sensor.arrival(fine, fine_force, time)
+    arrived[2] = sensor.arrival(time, normal_force(physics, motion), time)
+    return sensor.turned(arrived), body
 
 
 def normal_force(physics: Physics, motion: ProbeMotion) -> Array:
     """The true force (n,) along the surface normal [N]."""
     z, vz = motion.position[:, 2], motion.velocity[:, 2]
     return np.where(motion.contact, -physics.normal_k * z - physics.normal_b * vz, 0.0)
-
-
-def normal_reading(physics: Physics, sensor: Sensor, motion: ProbeMotion) -> Array:
-    """What arrives of it (n,) [N], before clipping."""
-    return sensor.arrival(motion.time, normal_force(physics, motion), motion.time)

@@ -133,6 +133,12 @@ def _periodic(scene: Baseline, size: float) -> Values:
     return {"amplitude": log(0.015, 0.6, size), "frequency": scene.between(0.7, 12.0), "phase": phase}
 
 
+def _misalignment(scene: Baseline, size: float) -> Values:
+    rx = math.radians(log(0.2, 4.0, size))
+    others = {angle: scene.sign() * scene.between(0.3, 1.0) * rx for angle in ("ry", "rz")}
+    return {"rx": scene.sign() * rx, **others}
+
+
 def _rough_patch(scene: Baseline, size: float) -> Values:
     low, high = np.quantile(scene.travel, [0.3, 0.65])
     return {"F": log(0.3, 1.5, size), "from": float(low), "to": float(high)}
@@ -203,6 +209,7 @@ SIZES: Final[dict[str, Callable[[Baseline, float], Values]]] = {
     "force_saturation": _saturation,
     "periodic_disturbance": _periodic,
     "time_delay": lambda scene, size: {"delay": log(5e-4, 0.06, size)},
+    "frame_misalignment": _misalignment,
     "rough_patch": _rough_patch,
     "ageing_friction": lambda scene, size: {
         "F": log(0.1, 0.35, size),

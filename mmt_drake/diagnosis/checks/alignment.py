@@ -32,15 +32,24 @@ def normal_fit(smoothed: Smoothed) -> LagFit | None:
     """The normal contact and the clock offset from all touches together; None where there is no touch or release.
 
     F_z = -k z - b v_z, position and velocity cut off by contact and through the filter of the force; the coefficients
-    are k and b. Of all offsets to 0.6 s the one of least squares counts.
+    are k and b. Of all offsets to 0.6 s the one of least squares counts, with the simplest of what else would pass for
+    one left free: a spring and a damper that grow with the depth, and what of the forces along x and y a sensor that is
+    askew reads along z.
     """
     if smoothed.kind != "contact" or len(smoothed.contact.changes) == 0 or not smoothed.in_contact.any():
         return None
     touching = smoothed.contact.share(smoothed.time, 1.0 / smoothed.rate_hz)
     height = np.column_stack([smoothed.input[:, 2], smoothed.input_rate[:, 2]])
     causes = smoothed.filter(-touching[:, np.newaxis] * height)
-    band = smoothed.low_pass.band_hz
-    return best_lag(causes, smoothed.output[:, 2], _SEARCH_S, smoothed.rate_hz, band, _recorded(smoothed))
+    growing = smoothed.filter(touching[:, np.newaxis] * height * height[:, :1])
+    beside = np.column_stack([growing, smoothed.output[:, :2]])
+    beside = beside[:, np.any(beside != 0.0, axis=0)]
+    how = _SEARCH_S, smoothed.rate_hz, smoothed.low_pass.band_hz, _recorded(smoothed)
+    plain = best_lag(causes, smoothed.output[:, 2], *how)
+    free = best_lag(np.column_stack([causes, beside]), smoothed.output[:, 2], *how)
+    if plain is None or free is None:
+        return plain
+    return replace(plain, offset=free.offset, standard_error=free.standard_error)
 
 
 def law_fit(smoothed: Smoothed) -> LagFit | None:

@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 from numba import njit
 
+from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import States, Track
 from mmt_drake.diagnosis.search.learn import Learned
@@ -95,15 +96,21 @@ def _direct(problem: Problem, refit: Fitted) -> Iterable[tuple[str, float]]:
 
 
 def _shapes(track: Track, output: Array, states: States, block: str) -> Iterable[Sequence[Array]]:
-    """Families of shapes (n,) that a block could add to the output, given the model's output and signals."""
+    """Families of shapes (n,) that a block could add to the output, given the model's output and signals.
+
+    Of every track as many, in the same order.
+    """
     rate = np.gradient(output, track.time)
     if block == "force_sensor":
         over_time = _hats(track.time)
-        yield _hats(output)
+        along_normal = "depth" in states  # there what bends over the force, or makes a loop of it, is the contact's
+        yield [] if along_normal else _hats(output)
         yield [*over_time, *(output * hat for hat in over_time[:-1])]
-        yield [_played(output, half) for half in _PLAYS * np.std(output)]
+        yield [] if along_normal else [_played(output, half) for half in _PLAYS * np.std(output)]
     elif block == "channel":
         yield [rate * hat for hat in _hats(track.time)]
+    elif block == "contact" and "depth" in states:
+        yield [*_hats(states["depth"]), *(states["depth"] * hat for hat in _hats(states["depth_rate"]))]
     elif block == "contact":
         load = states.get("load", np.zeros_like(output))
         pressed = load > 0.1 * float(np.mean(load))
@@ -163,8 +170,9 @@ def _at_rest(problem: Problem, refit: Fitted) -> str | None:
     In free space any error is the sensor's. In a dwell what friction holds is constant: what changes there is the
     body's.
     """
-    powers = np.zeros((len(problem.tracks), 4))
-    for row, track in zip(powers, problem.tracks, strict=True):
+    tracks = [track for track in problem.tracks if not isinstance(track, NormalTrack)]
+    powers = np.zeros((len(tracks), 4))
+    for row, track in zip(powers, tracks, strict=True):
         s, used = track.smoothed, track.weight > 0.0
         if s.kind != "contact":
             return None

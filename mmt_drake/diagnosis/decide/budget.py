@@ -7,11 +7,10 @@ from itertools import combinations
 from typing import NamedTuple
 
 from mmt_drake.diagnosis.fit.errors import Interval, heldout_nrmse, intervals_of, noise_floor
-from mmt_drake.diagnosis.fit.prepare import NormalFit, Prepared, with_normal
+from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import attempt
-from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
 
@@ -40,7 +39,7 @@ class HeldOutPart(NamedTuple):
     Attributes:
         recording: as read.
         blocks: (from, to) [s].
-        axes: tangential axes that moved.
+        axes: of a contact, those that moved; none of which a sensor was at its limit.
         smoothed: the recording; it knows the noise of each column.
     """
 
@@ -65,12 +64,10 @@ class Ruler:
     Attributes:
         prepared: the recordings.
         problem: whose blocks are held out.
-        normal: the normal axis that every model but the one handed in has.
     """
 
     prepared: Prepared
     problem: Problem
-    normal: NormalFit | None = None
 
     def of(self, model: Structure) -> float:
         """The error of a model; infinite where its simulation diverges."""
@@ -79,11 +76,7 @@ class Ruler:
 
     def fitted(self, fitted: Fitted) -> float:
         """The error of the model that would be delivered of a fit."""
-        return self.of(self.delivered(fitted.model))
-
-    def delivered(self, model: Structure) -> Structure:
-        """The model with the normal axis that was found."""
-        return with_normal(model, None if self.normal is None else self.normal.normal)
+        return self.of(fitted.model)
 
     def noise(self, model: Structure) -> float:
         """What noise alone leaves of a right model like this one."""
@@ -92,10 +85,15 @@ class Ruler:
     @property
     def heldout(self) -> list[HeldOutPart]:
         """Of every recording what is held out."""
-        pairs = zip(self.prepared.recordings, self.prepared.preflights, self.problem.by_recording(), strict=True)
+        pairs = zip(self.prepared.recordings, self.problem.by_recording(), strict=True)
         return [
-            HeldOutPart(recording, intervals_of(track.time, track.heldout), check.axes, track.smoothed)
-            for recording, check, (track, *_) in pairs
+            HeldOutPart(
+                recording,
+                intervals_of(tracks[0].time, tracks[0].heldout),
+                tuple(track.axis for track in tracks if track.axis and track.is_whole),
+                tracks[0].smoothed,
+            )
+            for recording, tracks in pairs
         ]
 
     def _mean(self, error: Callable[[HeldOutPart], float]) -> float:
@@ -126,12 +124,12 @@ def budget(
         return (*(BudgetPart(part, 0.0) for part in nothing), BudgetPart(NOISE, 1.0))
     if not after < before:
         after = before
-    noise = min(ruler.noise(ruler.delivered(best.model)), after)
-    back = {kept: ruler.of(ruler.delivered(_taken_from(best, (), kept))) for kept in _subsets(names)}
+    noise = min(ruler.noise(best.model), after)
+    back = {kept: ruler.of(_taken_from(best, (), kept)) for kept in _subsets(names)}
     ceiling = max(before, max((e for e in back.values() if math.isfinite(e)), default=before))
     back = {kept: min(e, ceiling) for kept, e in back.items()}
     shares = {name: max(_shapley(name, names, back), 0.0) for name in names}
-    reset = min(ruler.of(_with_nominal_axis(_taken_from(best, wrong, names), nominal)), ceiling)
+    reset = min(ruler.of(_taken_from(best, wrong, names)), ceiling)
     shares[PARAMETERS] = max(reset - after, 0.0) if wrong else 0.0
     gone, booked = before - after, math.fsum(shares.values())
     if booked > gone:
@@ -141,11 +139,6 @@ def budget(
     parts += [BudgetPart(name, shares[name] / before, unique.get(name)) for name in names]
     parts += [BudgetPart(SHARED, max(gone - booked, 0.0) / before)]
     return (*parts, BudgetPart(NAMELESS, (after - noise) / before), BudgetPart(NOISE, noise / before))
-
-
-def _with_nominal_axis(model: Structure, nominal: Structure) -> Structure:
-    """A model as it would be with the normal axis handed in."""
-    return with_normal(model, nominal.normal) if isinstance(nominal, FlexibleBoxModel) else model
 
 
 def _subsets(names: Sequence[str]) -> list[frozenset[str]]:

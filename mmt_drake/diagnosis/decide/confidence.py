@@ -35,10 +35,10 @@ that is not in the library, of which the one found draws the most."""
 _RIVALS = 2
 """Sets that are compared at each depth: which of them is the better one may show on the accurate clock alone."""
 
-_AT: dict[Depth, Callable[[Effect], str]] = {
-    "law": lambda effect: effect.name,
-    "family": lambda effect: effect.family,
-    "block": lambda effect: effect.block,
+_AT: dict[Depth, Callable[[Effect], tuple[str, str]]] = {
+    "law": lambda effect: (effect.name, effect.axis),
+    "family": lambda effect: (effect.family, effect.axis),
+    "block": lambda effect: (effect.block, effect.axis),
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,29 +33,44 @@ class NoiseReference:
 
     Attributes:
         problem: what was fitted.
-        sensor: the sensor's own noise over the noise within the band, the mean of all tracks.
+        sensor: axis -> the sensor's own noise over the noise within the band, the mean of its tracks.
     """
 
     problem: Problem
-    sensor: float
+    sensor: Mapping[str, float]
 
     @classmethod
     def of(cls, problem: Problem) -> NoiseReference:
         """The standard of a problem."""
-        ratios = []
+        ratios: dict[str, list[float]] = {}
         for track in problem.tracks:
             s = track.smoothed
             gain = s.low_pass.white_noise_gain(s.clock.rate_hz)
-            ratios.append(max(float(s.output_noise[track.column]) / gain / track.floor, 1.0))
-        return cls(problem, float(np.mean(ratios)))
+            own = max(float(s.output_noise[track.column]) / gain / track.floor, 1.0)
+            ratios.setdefault(track.axis, []).append(own)
+        return cls(problem, {axis: float(np.mean(some)) for axis, some in ratios.items()})
 
-    def excess(self, ratio: float) -> float:
-        """What is left beyond the noise, over the sensor's own noise, for an RMS of so many noise floors."""
-        return math.sqrt(max(ratio**2 - 1.0, 0.0)) / self.sensor
+    def excess(self, ratios: Mapping[str, float]) -> dict[str, float]:
+        """What is left beyond the noise, over the sensor's own noise, for an RMS of so many noise floors; by axis."""
+        return {axis: math.sqrt(max(ratio**2 - 1.0, 0.0)) / self.sensor[axis] for axis, ratio in ratios.items()}
 
     def left(self, fitted: Fitted) -> float:
-        """What a fit leaves beyond the noise, over the sensor's own noise: the worse of fitted and held-out data."""
-        return max(self.excess(self.problem.left(fitted)), self.excess(self.heldout(fitted)))
+        """What a fit leaves beyond the noise, over the sensor's own noise: the worst of its axes.
+
+        Of each the worse of fitted and held-out data.
+        """
+        seen = self.excess(self.problem.ratios(fitted.minimum.residual))
+        return max(*seen.values(), *self._unforeseen(fitted).values())
+
+    def gain(self, before: Fitted, after: Fitted) -> float:
+        """By how much less a fit leaves than one before it, of the axis that it helps most, on held-out data."""
+        known = self._unforeseen(after)
+        return max(excess - known[axis] for axis, excess in self._unforeseen(before).items())
+
+    def _unforeseen(self, fitted: Fitted) -> dict[str, float]:
+        """`excess` on held-out data."""
+        residual = self.problem.residual(fitted.model, fitted.skew, heldout=True, coarse=1.0)
+        return self.excess(self.problem.ratios(residual, heldout=True))
 
     def heldout(self, fitted: Fitted) -> float:
         """RMS of the residual over the noise floor on held-out data."""

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import signal
 
 from mmt_drake.diagnosis.decide import attribution
-from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
+from mmt_drake.diagnosis.decide.mismatch import AxisShare, BlockShare, Dependence, Mismatch
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.search.learn import Learned
@@ -23,6 +23,8 @@ _UNITS = {
     "position": ("x", "m"),
     "load": ("N", "N"),
     "time": ("t", "s"),
+    "depth": ("depth", "m"),
+    "depth_rate": ("depth'", "m/s"),
     "input": ("u", "units"),
 }
 
@@ -45,7 +47,18 @@ def locate(
         intervals_s=_intervals(problem, refit),
         band_hz=_band(loudest, loudest.residual(refit.model, refit.skew)),
         depends_on=_dependences(loudest, refit),
+        axes=_axes(problem, refit),
     )
+
+
+def _axes(problem: Problem, refit: Fitted) -> tuple[AxisShare, ...]:
+    """Shares of the axes in what the fit leaves beyond the noise, each over its own; none of one axis alone."""
+    ratios = problem.ratios(problem.residual(refit.model, refit.skew))
+    beyond = {axis: max(ratio**2 - 1.0, 0.0) for axis, ratio in ratios.items()}
+    total = sum(beyond.values())
+    if len(beyond) < 2 or total == 0.0:
+        return ()
+    return tuple(AxisShare(axis, part / total) for axis, part in sorted(beyond.items(), key=lambda one: -one[1]))
 
 
 def _blocks(

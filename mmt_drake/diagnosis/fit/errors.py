@@ -36,7 +36,7 @@ def heldout_nrmse(
         recording: as read.
         model: nominal or augmented.
         intervals: held-out blocks (from, to) [s], ends included, in the recording's own time.
-        axes: tangential axes that count, `x` and `y`, all samples of all of them together; ignored where there is one
+        axes: those that count, of `x`, `y` and `z`, all samples of all of them together; ignored where there is one
             output.
 
     Raises:
@@ -100,7 +100,7 @@ def _outputs(recording: Recording, axes: Sequence[str]) -> tuple[str, ...]:
     if recording.kind == "single_axis":
         return ("force",)
     if not axes:
-        raise BadInput(recording.source, at="axes", found="none", expected="x, y or both")
+        raise BadInput(recording.source, at="axes", found="none", expected="x, y, z or several")
     return tuple(f"force_{axis}" for axis in axes)
 
 

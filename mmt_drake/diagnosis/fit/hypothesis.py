@@ -14,6 +14,7 @@ from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import MOST_REMEMBERING
 from mmt_drake.model.over import plain
+from mmt_drake.model.parameters import NORMAL
 from mmt_drake.model.structure import Handed, Structure
 from mmt_drake.numeric.arrays import Array
 
@@ -24,7 +25,7 @@ WIDEST, FARTHEST = 4.0, 30.0
 
 _MOVE_SIZES = (0.04, 0.08, 0.16, 0.3)
 
-_MAY_VANISH = ("Fc", "b", "k")
+_MAY_VANISH = ("Fc", "b", "k", "normal_b")
 """Common symbols of what an object may do without."""
 
 _CONSTANTS = {"constant_force": "offset", "force_bias": "F0", "dahl_friction": "Fc"}
@@ -83,6 +84,7 @@ class Hypothesis:
         doubted: parameters of the structure that are fitted though they are given (`Structure.GIVEN`).
         widened: parameters of the structure that are sought as far as FARTHEST.
         reach: spread of the outputs, the least scale of parameters that may be 0 (`Structure.ALWAYS`).
+        unseen: parameters of the structure, and `effect.symbol`, that the recordings do not show (`Problem.unseen`).
     """
 
     nominal: Structure
@@ -93,6 +95,7 @@ class Hypothesis:
     widened: frozenset[str] = frozenset()
     believed: tuple[tuple[Effect, Mapping[str, Any]], ...] = ()
     reach: float = 1.0
+    unseen: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, model: Structure, skew: float = 0.0) -> Hypothesis:
@@ -127,7 +130,7 @@ class Hypothesis:
         And those that are no less there for being 0 (`Structure.ALWAYS`); of one that is a curve the numbers of that.
         """
         gone = {self.nominal.SYMBOLS.get(e.replaces) for e in self.acting if e.replaces and e.replaces not in e.uses}
-        gone |= set(self.nominal.GIVEN) - set(self.doubted)
+        gone |= (set(self.nominal.GIVEN) - set(self.doubted)) | set(self.unseen)
         symbols, always = self.nominal.determinable, self.nominal.ALWAYS
         return tuple(
             number
@@ -145,7 +148,7 @@ class Hypothesis:
         """The parameters of an effect that are fitted: the numbers that a model file must give, or those of a curve."""
         fitted: list[Parameter] = []
         for p in effect.parameters:
-            if p.default is None and p.kind == "number":
+            if p.default is None and p.kind == "number" and f"{effect.name}.{p.symbol}" not in self.unseen:
                 curve = self.nominal.curve(f"{effect.name}.{p.symbol}")
                 fitted += [p] if curve is None else [replace(p, symbol=symbol) for symbol in curve.symbols]
         return tuple(fitted)
@@ -163,10 +166,12 @@ class Hypothesis:
             low, high = (-math.inf, math.inf) if quantity.least < 0.0 else (value / reach, value * reach)
             if plain(symbol) in may_vanish:
                 low = 0.0
+            if high == 0.0:  # of those that may be 0
+                high = math.inf
             begun = 0.0 if start is None or not wide else abs(float(start[len(result)]))
             scale = max(begun, size / FARTHEST) if begun else size
             if plain(symbol) in self.nominal.ALWAYS:
-                scale = max(scale, self.reach)
+                scale = max(scale, self.reach, 0.0 if size > 0.0 else self.nominal.usual(symbol))
             result.append(FreeParameter("", symbol, quantity.unit, low, high, scale))
         for effect in self.acting:
             for p in self.fitted_parameters(effect):
@@ -234,6 +239,8 @@ class Hypothesis:
                 curve = self.nominal.curve(f"{effect.name}.{p.symbol}")
                 if curve is not None:
                     values[p.symbol] = curve.with_values(values).mean
+                elif p.default is None and f"{effect.name}.{p.symbol}" in self.unseen:
+                    values[p.symbol] = held.get(effect.name, {}).get(p.symbol, p.vanishes_at)
             result[effect.name] = {**held.get(effect.name, {}), **values}
         return result
 
@@ -267,7 +274,7 @@ class Hypothesis:
     def admits(self, effect: Effect) -> bool:
         """Whether the effect may be added: its block is there, its place free, it is no parameter by another name."""
         nominal = self.nominal
-        if not effect.acts_on(nominal) or effect in self.acting:
+        if not effect.acts_on(nominal) or effect in self.acting or self._is_unseen(effect):
             return False
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
@@ -283,8 +290,14 @@ class Hypothesis:
                 builds_on = (effect.adds_to and target in other.uses) or (other.adds_to and target in uses)
                 if not builds_on:
                     return False
-        remembering = [e for e in (*self.acting, effect) if e.law is not None and e.law.remembers]
+        beside = [e for e in (*self.acting, effect) if e.axis == effect.axis]
+        remembering = [e for e in beside if e.law is not None and e.law.remembers]
         return len(remembering) <= MOST_REMEMBERING - nominal.memories
+
+    def _is_unseen(self, effect: Effect) -> bool:
+        """Whether an effect acts along an axis of which the recordings say nothing."""
+        along = effect.axis == "z" or effect.block == "geometry"
+        return along and "z" in self.nominal.AXES and any(symbol in self.unseen for symbol in NORMAL)
 
     def adding(self, effect: Effect, held: Mapping[str, Any] | None = None) -> Hypothesis:
         """The hypothesis with one more effect."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.effects import tabulated_force
 from mmt_drake.effects.tabulated_force import SIGNALS
@@ -78,6 +79,8 @@ def table_signals(
     for track in problem.tracks:
         _, states = track.replay(model)
         used = track.weight > 0.0
+        if isinstance(track, NormalTrack):  # tables are of what happens along the surface
+            continue
         for name, values in {**states, "time": track.time - track.time[0], "force": track.measured}.items():
             samples.setdefault(name, []).append(values[used])
     for name in names:

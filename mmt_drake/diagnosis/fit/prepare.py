@@ -1,18 +1,19 @@
 """From recordings and a model to a problem that can be fitted."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import find_peaks, lombscargle
 
+from mmt_drake.diagnosis.checks.excitation import motion_of
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
 from mmt_drake.diagnosis.checks.sensors import clipped
-from mmt_drake.diagnosis.fit.bootstrap import deviations
-from mmt_drake.diagnosis.fit.problem import LEAST_NOISE, Problem, share, split, track_blocks, with_floors
-from mmt_drake.diagnosis.fit.tracks import BoxTrack, DrivenTrack, SpringTrack, Track
+from mmt_drake.diagnosis.fit.box_tracks import NORMAL_COLUMN, BoxTrack, NormalTrack
+from mmt_drake.diagnosis.fit.floors import with_floors
+from mmt_drake.diagnosis.fit.problem import Problem, split
+from mmt_drake.diagnosis.fit.tracks import DrivenTrack, SpringTrack, Track
 from mmt_drake.diagnosis.fit.window_length import window_length
 from mmt_drake.diagnosis.signals.clocks import near
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
@@ -20,7 +21,6 @@ from mmt_drake.diagnosis.signals.touches import raw_flags
 from mmt_drake.effects.effect import Scales
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Initial, PositionOut, Structure
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array, Flags
@@ -38,7 +38,6 @@ _PEAKS = 4
 _CYCLES = np.arange(2.0, 60.0, 0.25)  # of a ripple within the way
 _RIPPLE_SAMPLES = 4000
 _LEAST_SAMPLES = 250  # for the normal axis: a second
-_UNSATURATED = 0.95  # of the level: the filter reaches beyond the time of saturation
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,9 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
             for found, rate in zip((tracks, fine), rates, strict=True):
                 finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
                 same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
-                found += [_track(model, recording, finer, column, same, window_s, initial) for column in check.outputs]
+                columns = [*check.outputs, *([NORMAL_COLUMN] if smoothed.kind == "contact" else [])]
+                own = (_track(model, recording, finer, column, same, window_s, initial) for column in columns)
+                found += [track for track in own if not isinstance(track, NormalTrack) or _presses(track)]
     if not tracks or any(check.reason is not None for check in checks):
         return Prepared(tuple(recordings), tuple(checks), None, None, 0.0)
     skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
@@ -151,75 +152,24 @@ def _track(
         return DrivenTrack(smoothed, column, heldout, beside=beside, window_s=window_s, initial=initial, load=load)
     if isinstance(model, KelvinVoigt):
         return SpringTrack(smoothed, column, heldout, beside=beside)
-    return BoxTrack(smoothed, column, heldout, beside=beside)
+    kind = NormalTrack if smoothed.kind == "contact" and column == NORMAL_COLUMN else BoxTrack
+    return kind(smoothed, column, heldout, beside=beside)
 
 
-@dataclass(frozen=True)
-class NormalFit:
-    """The normal axis of a contact, fitted.
-
-    Attributes:
-        normal: k and b.
-        ci95: of k [N/m] and b [N s/m].
-        before, after: RMS of the residual of the nominal and the fitted axis over its noise.
-    """
-
-    normal: NormalContact
-    ci95: tuple[tuple[float, float], tuple[float, float]]
-    before: float
-    after: float
-
-
-def fit_normal(
-    problem: Problem, model: FlexibleBoxModel, *, late: float = 0.0, below: float = math.inf
-) -> NormalFit | None:
-    """Least squares of F_z = -k z - b v_z over the blocks that are not held out; None without (enough of) such an axis.
-
-    Where the recording shows that its sensor was at a limit, nothing is known of the force (`prepare`).
-
-    Args:
-        problem: with the recordings.
-        model: nominal.
-        late: by which the force reads late [s].
-        below: level at which the sensor saturates [N]; what comes near is left out.
-    """
-    rows, forces, weights, blocks = [], [], [], []
-    seen: list[Smoothed] = []
-    samples, first = 0.0, 0
-    for track in problem.tracks:
-        s = track.smoothed
-        if s.kind != "contact" or any(s is other for other in seen):
-            continue
-        seen.append(s)
-        used = (s.weight > 0.0) & s.in_contact & ~track.heldout
-        z, rate = (np.where(s.in_contact, motion[:, 2], 0.0) for motion in (s.input, s.input_rate))
-        regressors = np.column_stack([s.filter(z), s.filter(rate)])
-        force = np.interp(s.time + late, s.time, s.output[:, 2])
-        used &= np.abs(force) < _UNSATURATED * below  # and not NaN
-        if not used.any():
-            continue
-        count, own = int(np.count_nonzero(used)), track_blocks(track)
-        floor = max(float(s.output_noise[2]), LEAST_NOISE * float(np.std(force[used])))
-        rows.append(-regressors[used])
-        forces.append(force[used])
-        weights.append(np.full(count, math.sqrt(share(s)) / floor))
-        blocks.append(own[used] + first)
-        samples, first = samples + share(s) * count, first + int(own[-1]) + 1
-    if sum(map(len, rows)) < _LEAST_SAMPLES:
-        return None
-    weight = np.concatenate(weights)
-    A, F = np.concatenate(rows) * weight[:, np.newaxis], np.concatenate(forces) * weight
-    found = np.maximum(np.linalg.lstsq(A, F, rcond=None)[0], 0.0)
-    before, after = (F - A @ x for x in (np.array([model.normal.k, model.normal.b]), found))
-    half = deviations(-A, after, np.concatenate(blocks), samples).half_width
-    ci = tuple((float(v - h), float(v + h)) for v, h in zip(found, half, strict=True))
-    rms = [math.sqrt(float(r @ r) / samples) for r in (before, after)]
-    return NormalFit(NormalContact(*map(float, found)), (ci[0], ci[1]), *rms)
+def _presses(track: NormalTrack) -> bool:
+    """Whether a normal axis says anything: the probe moves up and down in contact, and its force was recorded."""
+    s = track.smoothed
+    used = (track.weight > 0.0) & s.in_contact & ~track.heldout
+    if np.count_nonzero(used) < _LEAST_SAMPLES or np.ptp(track.measured[used]) == 0.0:
+        return False
+    noise, top = (float(s.input_noise[NORMAL_COLUMN]), float(s.input_rate_noise[NORMAL_COLUMN])), float(s.top_hz[2])
+    return motion_of(s.input[used, NORMAL_COLUMN], s.input_rate[used, NORMAL_COLUMN], noise, top).moves
 
 
 def scales_of(problem: Problem, model: Structure) -> Scales:
-    """How large things are, of the track that moves most."""
-    track = max(problem.tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
+    """How large things are, of the track along the surface that moves most."""
+    along = [track for track in problem.tracks if not isinstance(track, NormalTrack)]
+    track = max(along, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
     s, used = track.smoothed, track.weight > 0.0
     _, states = track.replay(model)
     driven = isinstance(model, PositionOut)
@@ -256,8 +206,31 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         step=s.clock.step,
         peaks=_peaks(track, model),
         input=rms(u),
+        normal=next((_along_normal(t, model) for t in problem.tracks if isinstance(t, NormalTrack)), None),
         ripples=_ripples((moving if driven else states["position"])[used], left[used]),
         peak_force=float(np.max(np.abs(track.measured[used]))),
+    )
+
+
+def _along_normal(track: NormalTrack, model: Structure) -> Scales:
+    """How large things are along the surface normal, in contact."""
+    s = track.smoothed
+    used = (track.weight > 0.0) & s.in_contact
+    force, depth, rate = track.measured[used], s.input[used, NORMAL_COLUMN], s.input_rate[used, NORMAL_COLUMN]
+    force_rms, depth_rms, rate_rms = (float(np.sqrt(np.mean(values**2))) for values in (force, depth, rate))
+    duration = float(track.time[-1] - track.time[0])
+    return Scales(
+        force=force_rms,
+        velocity=rate_rms,
+        position=depth_rms,
+        deflection=depth_rms,
+        load=float(np.mean(force)),
+        mass=0.0,
+        stiffness=max(model.value("normal_k"), force_rms / depth_rms),
+        frequency=max(float(s.top_hz[NORMAL_COLUMN]), 1.0 / duration),
+        duration=duration,
+        step=s.clock.step,
+        peak_force=float(np.max(np.abs(force))),
     )
 
 
@@ -284,11 +257,3 @@ def _peaks(track: Track, model: Structure) -> tuple[float, ...]:
     rest = track.smoothed.rest
     hums = [] if rest is None else [hum.frequency for hum in rest.hum if hum is not None]
     return (*hums, *(float(f) for f in frequency[loudest]))
-
-
-def with_normal(model: Structure, normal: NormalContact | None) -> Structure:
-    """A flexible box with another normal axis; any other model as it is."""
-    if not isinstance(model, FlexibleBoxModel) or normal is None:
-        return model
-    handed = model.handed and replace(model.handed, bare=with_normal(model.handed.bare, normal))
-    return replace(model, normal=normal, handed=handed)

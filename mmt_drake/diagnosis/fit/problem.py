@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,13 +11,14 @@ from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
+from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.tracks import COARSE, DrivenTrack, Track
+from mmt_drake.diagnosis.fit.tracks import COARSE, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import attempt
-from mmt_drake.model.driven_model import DrivenBodyModel
+from mmt_drake.model.parameters import NORMAL
 from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.least_squares import CONVERGED, Minimum, minimise, stay
@@ -25,14 +26,11 @@ from mmt_drake.numeric.least_squares import CONVERGED, Minimum, minimise, stay
 SKEW_DEVIATION = 0.3
 """Two channels are read within a sample of each other; a skew is expected to deviate by this part of one."""
 
-LEAST_NOISE = 1e-4
-"""No model is held to more than this part of what was measured, however little noise there is; of a closed loop, which
-brings the body to its goal whatever the model is, of how far it stays from that."""
-
 BLOCK_S = 1.5
 """Length of the blocks over which errors are taken as independent [s] ..."""
 LEAST_BLOCKS = 24
 """... at most this part of a recording."""
+_SETTLED = 1.5  # RMS of the residual over the noise floor
 
 
 @dataclass(frozen=True)
@@ -76,9 +74,39 @@ class Problem:
         r = self.residual(model, skew, heldout=heldout, coarse=1.0)
         return math.sqrt(float(r @ r) / self.samples(heldout=heldout))
 
+    def ratios(self, residual: Array, *, heldout: bool = False) -> dict[str, float]:
+        """Axis -> RMS of its residual over its noise floor; of all recordings together.
+
+        Args:
+            residual: of `residual` or `objective`.
+            heldout: as of `residual`.
+        """
+        sums: dict[str, float] = {}
+        samples: dict[str, float] = {}
+        begin = 0
+        for track in self.tracks:
+            count = int(np.count_nonzero((track.heldout == heldout) & (track.weight > 0.0)))
+            own = residual[begin : begin + count]
+            sums[track.axis] = sums.get(track.axis, 0.0) + float(own @ own)
+            samples[track.axis] = samples.get(track.axis, 0.0) + share(track.smoothed) * count
+            begin += count
+        return {axis: math.sqrt(total / samples[axis]) for axis, total in sums.items() if samples[axis] > 0.0}
+
     def left(self, fitted: Fitted) -> float:
-        """RMS of the residual of a fit over the noise, where it was fitted."""
-        return math.sqrt(fitted.cost / self.samples())
+        """RMS of the residual of a fit over the noise, where it was fitted: of the axis that it leaves most of."""
+        return max(self.ratios(fitted.minimum.residual).values())
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Parameters of a flexible box, and `effect.symbol` of effects, of which the recordings say nothing."""
+        axes = {track.axis for track in self.tracks}
+        hidden = (
+            f"{effect.name}.{parameter.symbol}"
+            for effect in LIBRARY.values()
+            for parameter in effect.parameters
+            if not set(parameter.seen_along) <= axes
+        )
+        return (*hidden, *(() if any(isinstance(track, NormalTrack) for track in self.tracks) else NORMAL))
 
     def by_recording(self) -> list[tuple[Track, ...]]:
         """The tracks of each recording, in their order."""
@@ -87,16 +115,23 @@ class Problem:
     def eased(self, fitted: Fitted) -> list[Problem]:
         """The one or two tracks, each alone, that a fit leaves most of; of these what is easiest (`Track.eased`).
 
-        A problem with nothing to leave out is its own only part.
+        A normal axis of which it leaves no more than noise is none of them, nor another axis where it leaves most of
+        the normal one. A problem with nothing to leave out is its own only part.
         """
 
         def left(track: Track) -> float:
             r = self._of(track, fitted.model, fitted.skew, False, self.coarse)
             return float(r @ r)
 
+        def is_settled(track: Track) -> bool:
+            along = isinstance(track, NormalTrack) or isinstance(loudest, NormalTrack)
+            return along and left(track) <= _SETTLED**2 * replace(self, tracks=(track,)).samples()
+
         if len(self.tracks) == 1 and self.tracks[0].eased() is self.tracks[0]:
             return [self]
-        return [replace(self, tracks=(track.eased(),)) for track in sorted(self.tracks, key=left)[-1:-3:-1]]
+        loudest = max(self.tracks, key=left)
+        open_ones = [track for track in self.tracks if not is_settled(track)] or self.tracks
+        return [replace(self, tracks=(track.eased(),)) for track in sorted(open_ones, key=left)[-1:-3:-1]]
 
     def fit(
         self,
@@ -270,67 +305,3 @@ def split(smoothed: Smoothed, blocks: int = 12, every: int = 3) -> Flags:
     number = np.minimum(((count - 1).clip(0) * blocks) // max(int(count[-1]), 1), blocks - 1)
     flags: Flags = number % every == every - 1
     return flags
-
-
-def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tuple[Track, ...]:
-    """The tracks with the noise that a model leaves of perfect data: the output's own, and the input's through it.
-
-    Noise of the input's position and rate, white within the band, is sent through the model beside the input.
-    """
-    generator = np.random.default_rng(seed)
-    result = []
-    for track in tracks:
-        own, through = float(track.smoothed.output_noise[track.column]), noise_through(track, model, generator)
-        told = track.measured
-        if isinstance(model, DrivenBodyModel) and model.controller is not None:
-            told = told - track.smoothed.input[:, 0]
-        least = LEAST_NOISE * float(np.std(told[track.weight > 0.0]))
-        result.append(replace(track, floor=max(math.hypot(own, through), least)))
-    return tuple(result)
-
-
-def noise_through(track: Track, model: Structure, generator: np.random.Generator) -> float:
-    """RMS of what the noise of the input, and of what states are fitted to, adds to the simulated output.
-
-    Raises:
-        MmtError: a simulation diverges.
-    """
-    noisier = _noisier(track, generator)
-    if noisier is track:
-        return 0.0
-    difference = (noisier.simulated(model) - track.simulated(model)) * track.weight
-    return math.sqrt(float(difference @ difference) / max(int(np.count_nonzero(track.weight)), 1))
-
-
-def _noisier(track: Track, generator: np.random.Generator) -> Track:
-    """The track with as much noise again on its input and on what states are fitted to; itself where neither is."""
-    s = track.smoothed
-    if not isinstance(track, DrivenTrack):
-        return replace(track, smoothed=_noisier_input(s, generator)) if s.input_rate_noise.any() else track
-    if not s.input_noise.any() and track.windows.at_rest:
-        return track
-    white, own = generator.standard_normal((2, len(s.time), 1))
-    smeared = s.low_pass.apply(own, s.rate_hz)
-    size = s.output_noise[0] / max(float(smeared.std()), 1e-300)
-    columns = {"input": s.input + s.input_noise * white, "output": s.output + size * smeared}
-    return replace(track, smoothed=replace(s, **columns, nearby=s.nearby + size * own))
-
-
-def _noisier_input(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed:
-    """The recording with as much noise again on its smoothed input."""
-    rate = smoothed.rate_hz
-    shape = smoothed.input.shape
-    white = generator.standard_normal(shape)
-    smooth_noise = smoothed.low_pass.apply(white, rate)
-    smooth_noise /= np.maximum(smooth_noise.std(axis=0), 1e-300)
-    u = smooth_noise * smoothed.input_rate_noise
-    # Position and rate belong to each other; below the corner the position's own noise holds the integral back.
-    corner = np.divide(
-        smoothed.input_rate_noise, smoothed.input_noise, out=np.zeros(shape[1]), where=smoothed.input_noise > 0.0
-    )
-    x = np.zeros(shape)
-    decay = np.exp(-np.minimum(corner, rate) / rate)
-    for i, a in enumerate(decay.tolist()):
-        x[:, i] = lfilter([1.0 / rate], [1.0, -a], u[:, i])
-    moving = smoothed.input_rate != 0.0  # a standstill has no noise left
-    return replace(smoothed, input=smoothed.input + x * moving, input_rate=smoothed.input_rate + u * moving)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,9 +15,8 @@ from mmt_drake.diagnosis.fit.workers import check_stop
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model import kelvin_voigt
-from mmt_drake.model.flexible_box_replay import replay_axis, replay_plane
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import MAX_STEP, FlexibleBoxModel
+from mmt_drake.model.parameters import MAX_STEP
 from mmt_drake.model.structure import Initial, PositionOut, Structure
 from mmt_drake.motion.delay import delayed_input
 from mmt_drake.numeric.arrays import Array, Flags
@@ -76,6 +74,11 @@ class Track(ABC):
     def weight(self) -> Array:
         """(n,) 1 where measured and simulated output can be compared; in free space too, where the sensor is alone."""
         return self.smoothed.weight
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of the output was recorded as it was."""
+        return True
 
     def own(self, model: Model) -> Model:
         """The model as it is in this recording, without curves."""
@@ -165,7 +168,7 @@ def later(values: Array, samples: float) -> Array:
     return found[first : first + len(values)]
 
 
-def _vector(p: Array, coarse: float, rate: float) -> Array:
+def coarsened(p: Array, coarse: float, rate: float) -> Array:
     """A kernel vector with the step that is long enough where samples come at a rate [Hz]."""
     accurate = p[MAX_STEP]
     p[MAX_STEP] *= coarse
@@ -174,65 +177,6 @@ def _vector(p: Array, coarse: float, rate: float) -> Array:
     if coarse > 1.0:
         p[MAX_STEP] = max(p[MAX_STEP], min(_STABLE * accurate, 1.0 / (_PER_SAMPLE * rate)))
     return p
-
-
-_latest = threading.local()
-
-
-def _in_plane(s: Smoothed, height: Array, height_rate: Array, p: Array) -> tuple[Array, Array, Array]:
-    """Force, displacement and rate (2, n) of both axes; the latest are kept, for the track of the other axis."""
-    key = (id(s), p.tobytes())
-    if getattr(_latest, "key", None) != key:
-        probe, rate = np.ascontiguousarray(s.input[:, :2].T), np.ascontiguousarray(s.input_rate[:, :2].T)
-        found = np.empty_like(probe), np.empty_like(probe), np.empty_like(probe)
-        touches = s.contact.starts_in, s.contact.changes
-        replay_plane(s.time, probe, rate, height, height_rate, *touches, p, *found)
-        _latest.key, _latest.smoothed, _latest.found = key, s, found
-    result: tuple[Array, Array, Array] = _latest.found
-    return result
-
-
-@dataclass(frozen=True)
-class BoxTrack(Track):
-    """A tangential axis of a flexible box."""
-
-    def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
-        if not isinstance(model, FlexibleBoxModel):
-            raise BadInput(self.smoothed.source, found=f"a {model.NAME} model", expected="flexible_box")
-        s, i = self.smoothed, self.column
-        n = len(s.time)
-        if s.kind == "contact":
-            height, height_rate = s.input[:, 2], s.input_rate[:, 2]
-        else:
-            height, height_rate = np.full(n, -1e-9), np.zeros(n)
-        probe, rate = np.ascontiguousarray(s.input[:, i]), np.ascontiguousarray(s.input_rate[:, i])
-        height, height_rate = np.ascontiguousarray(height), np.ascontiguousarray(height_rate)
-        p = _vector(model.kernel_vector(), coarse, s.rate_hz)
-        if s.kind == "contact" and model.couples:
-            force, body, body_rate = (values[i] for values in _in_plane(s, height, height_rate, p))
-        else:
-            force, body, body_rate = found = np.empty(n), np.empty(n), np.empty(n)
-            touches = s.contact.starts_in, s.contact.changes
-            one_axis = (values[np.newaxis] for values in found)
-            replay_axis(s.time, probe[np.newaxis], rate[np.newaxis], height, height_rate, *touches, p, *one_axis)
-        normal = model.normal
-        return force, lambda: {
-            "sliding_velocity": body_rate,
-            "deflection": self._since_touch(probe - body),
-            "deflection_rate": rate - body_rate,
-            "position": body,
-            "load": np.where(s.in_contact, np.maximum(-normal.k * height - normal.b * height_rate, 0.0), 0.0),
-        }
-
-    def _since_touch(self, stretch: Array) -> Array:
-        """Probe less body (n,), less what it was at the latest touch; 0 off contact."""
-        s = self.smoothed
-        starts = [s.time[0], *s.contact.touches] if s.contact.starts_in else list(s.contact.touches)
-        if not starts:
-            return np.zeros_like(stretch)
-        at_touch = np.interp(starts, s.time, stretch)
-        latest = np.clip(np.searchsorted(starts, s.time, side="right") - 1, 0, None)
-        return np.where(s.in_contact, stretch - at_touch[latest], 0.0)
 
 
 @dataclass(frozen=True)
@@ -245,7 +189,7 @@ class SpringTrack(Track):
         s = self.smoothed
         position, rate = s.input[:, 0].copy(), s.input_rate[:, 0].copy()
         force, load = np.empty(len(position)), np.zeros(len(position))
-        kelvin_voigt.replay(s.time, position, rate, load, _vector(model.kernel_vector(), coarse, s.rate_hz), force)
+        kelvin_voigt.replay(s.time, position, rate, load, coarsened(model.kernel_vector(), coarse, s.rate_hz), force)
         return force, lambda: {
             "sliding_velocity": rate,
             "deflection": position - model.x0,
@@ -314,7 +258,7 @@ class DrivenTrack(Track):
             found, expected = f"a {model.NAME} model", "driven_body or transmission"
             raise BadInput(self.smoothed.source, found=found, expected=expected)
         s = self.smoothed
-        p = _vector(model.kernel_vector(), coarse, s.rate_hz)
+        p = coarsened(model.kernel_vector(), coarse, s.rate_hz)
         u = delayed_input(s.time, s.input[:, 0].copy(), late)
         load = delayed_input(s.time, self.load, late) if len(self.load) else model.carried(u)
         measured = np.ascontiguousarray(self._leading)

@@ -7,6 +7,7 @@ import numpy as np
 from scipy import stats
 
 from mmt_drake.diagnosis.fit.bootstrap import deviations
+from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.nameless import nameless_laws
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
@@ -88,7 +89,9 @@ def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:
     for track in problem.tracks:
         _, states = track.replay(fitted.model, problem.coarse, fitted.late)
         used = track.weight > 0.0
-        own = {**states, "time": track.time - track.time[0], "force": track.measured}
+        own = {**states, "time": track.time - track.time[0]}
+        if not isinstance(track, NormalTrack):
+            own["force"] = track.measured
         for name, values in own.items():
             low, high = found.get(name, (math.inf, -math.inf))
             found[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mmt_drake.diagnosis.checks.preflight import Preflight
-from mmt_drake.diagnosis.fit.problem import noise_through
+from mmt_drake.diagnosis.fit.floors import noise_through
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack
 from mmt_drake.errors import attempt
 from mmt_drake.model.driven_model import DrivenBodyModel

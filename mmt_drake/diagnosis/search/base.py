@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, fit_widening
+from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
 
@@ -42,7 +43,8 @@ def fit_base(
     Raises:
         MmtError: the nominal model cannot be simulated.
     """
-    hypothesis = replace(Hypothesis.of(model, skew), reach=max(float(np.std(t.measured)) for t in problem.tracks))
+    reach = max(float(np.std(t.measured)) for t in problem.tracks)
+    hypothesis = replace(Hypothesis.of(model, skew), reach=reach, unseen=problem.unseen)
     if known is not None:
         hypothesis = replace(known.hypothesis, nominal=hypothesis.nominal)
     start = hypothesis.base()

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.errors import attempt
@@ -24,7 +25,7 @@ def said(problem: Problem, model: Structure, skew: float) -> Structure:
         return model
 
     def left(friction: Structure) -> float:
-        hypothesis = Hypothesis.of(friction, skew)
+        hypothesis = replace(Hypothesis.of(friction, skew), unseen=problem.unseen)
         return problem.fit(hypothesis, hypothesis.base()).cost
 
     return min((_with(model, "vector"), _with(model, "per_axis")), key=left)
@@ -43,7 +44,7 @@ def per_axis_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
 def _is_open(problem: Problem, nominal: Structure, model: Structure) -> bool:
     """Whether it matters, and nobody has said: the model rubs, and both axes move."""
     unsaid = isinstance(nominal, FlexibleBoxModel) and nominal.in_plane is None
-    both_move = any(len(tracks) > 1 for tracks in problem.by_recording())
+    both_move = any(sum(isinstance(t, BoxTrack) for t in tracks) > 1 for tracks in problem.by_recording())
     return unsaid and both_move and isinstance(model, FlexibleBoxModel) and model.couples
 
 

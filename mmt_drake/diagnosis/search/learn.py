@@ -85,9 +85,8 @@ def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> L
     strength = problem.left(refit)
     spread = strength * float(np.mean([track.floor for track in problem.tracks]))
     if SIGNALS[of].unit == "N/m":
-        deflections = [
-            np.std(track.replay(refit.model, problem.coarse, refit.late)[1]["deflection"]) for track in problem.tracks
-        ]
+        replayed = (track.replay(refit.model, problem.coarse, refit.late)[1] for track in problem.tracks)
+        deflections = [np.std(states["deflection"]) for states in replayed if "deflection" in states]
         spread /= max(float(np.mean(deflections)), 1e-300)
     bend = np.diff(np.eye(len(at)), 2, axis=0) * (_RIDGE * math.sqrt(problem.samples()) / spread)
 

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.in_plane import per_axis_if_better
@@ -182,4 +183,16 @@ def all_starts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales)
         for turn, values in enumerate(effect.starts(scales))
     ]
     turns.sort(key=lambda one: one[0])
-    return [Start(seed, effect, values) for _, effect, values in turns for seed in seeds]
+    return [Start(seed, effect, values) for _, effect, values in turns for seed in seeds if _may_show(seed, effect)]
+
+
+def _may_show(seed: Seed, effect: Effect) -> bool:
+    """Whether an effect may do anything to the part of the problem that its seed looks at.
+
+    Along the surface normal what slides on the table shows nothing, nor does a law along it show along the surface but
+    by the load of friction.
+    """
+    normal = {isinstance(track, NormalTrack) for track in seed.part.tracks}
+    if normal == {True}:
+        return effect.axis == "z" or effect.block in ("force_sensor", "channel", "geometry")
+    return normal != {False} or effect.axis != "z" or "z" not in seed.fitted.hypothesis.nominal.AXES

@@ -10,13 +10,13 @@ from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, Depth
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.errors import heldout_spread
 from mmt_drake.diagnosis.fit.hypothesis import SKEW
-from mmt_drake.diagnosis.fit.prepare import NormalFit
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.search.equal import equal_sets
 from mmt_drake.diagnosis.search.learn import Learned
 from mmt_drake.diagnosis.tell.reasons import Reasons
 from mmt_drake.diagnosis.tell.result import (
     Alternative,
+    AxisFit,
     Candidate,
     EffectParameter,
     Fit,
@@ -45,16 +45,22 @@ def figures(held: HeldOutPart, models: tuple[Structure, Structure, Structure]) -
     Raises:
         MmtError: the simulation of the recording diverges.
     """
+    axes = held.axes if isinstance(models[0], FlexibleBoxModel) and held.recording.kind == "contact" else ()
     errors = HeldoutNrmse(*map(held.nrmse, models))
+    by_axis = tuple(_along(held._replace(axes=(axis,)), models) for axis in axes)
     free = HeldoutNrmse(*(attempt(held.nrmse, replace(model, window_s=None)) for model in models))
     time = held.recording.time
     window = float(time[-1] - time[0])
     if models[0].window_s is not None:
         window /= blocks_of(time, models[0].window_s)
-    axes = held.axes if isinstance(models[0], FlexibleBoxModel) and held.recording.kind == "contact" else ()
     spread = heldout_spread(held.recording, models[0], held.blocks, held.axes)
     unit = models[0].unit("m" if held.recording.kind == "driven_body" else "N")
-    return Fit(axes, held.blocks, held.floor(models[-1]), errors, free, window, spread, unit)
+    return Fit(axes, held.blocks, held.floor(models[-1]), errors, free, window, by_axis, spread, unit)
+
+
+def _along(held: HeldOutPart, models: tuple[Structure, Structure, Structure]) -> AxisFit:
+    (axis,) = held.axes
+    return AxisFit(axis, held.floor(models[-1]), HeldoutNrmse(*map(held.nrmse, models)))
 
 
 def named(
@@ -68,11 +74,16 @@ def named(
     for effect in (e for e in best.hypothesis.effects if e.name in depths):
         numbers = {}
         for p in dict.fromkeys((*effect.parameters, *best.hypothesis.fitted_parameters(effect))):  # and those of curves
-            if p.symbol in values[effect.name] and not best.hypothesis.nominal.curve(f"{effect.name}.{p.symbol}"):
+            told = f"{effect.name}.{p.symbol}" not in best.hypothesis.unseen
+            if (
+                told
+                and p.symbol in values[effect.name]
+                and not best.hypothesis.nominal.curve(f"{effect.name}.{p.symbol}")
+            ):
                 i = index.get((effect.name, p.symbol))
                 interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
                 numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), unit(p.unit), interval)
-        result.append(NamedEffect(effect.name, effect.family, effect.block, depths[effect.name], numbers))
+        result.append(NamedEffect(effect.name, effect.family, effect.block, depths[effect.name], numbers, effect.axis))
     return tuple(result)
 
 
@@ -92,11 +103,9 @@ def tabulated(learned: Learned | None) -> tuple[NamedEffect, ...]:
     return (NamedEffect(tabulated_force.EFFECT.name, tabulated_force.EFFECT.family, signal.block, None, numbers),)
 
 
-def parameters(
-    model: Structure, best: Fitted, ci: Sequence[tuple[float, float]], normal: NormalFit | None
-) -> Mapping[str, FittedParameter]:
+def parameters(best: Fitted, ci: Sequence[tuple[float, float]]) -> Mapping[str, FittedParameter]:
     """Parameters handed in whose interval excludes what they were; those of effects by name and symbol, `name.Fs`."""
-    result, unit = {}, model.unit
+    result, unit = {}, best.hypothesis.nominal.unit
     handed = {effect.name: values for effect, values in best.hypothesis.believed}
     for parameter, value, (low, high) in zip(best.hypothesis.free_parameters(), best.x, ci, strict=True):
         if parameter.symbol != SKEW and (not parameter.effect or parameter.effect in handed):
@@ -105,12 +114,6 @@ def parameters(
             if not low <= nominal <= high:
                 symbol = f"{parameter.effect}.{parameter.symbol}" if own else parameter.symbol
                 result[symbol] = FittedParameter(nominal, float(value), unit(parameter.unit), (low, high))
-    if normal is not None and isinstance(model, FlexibleBoxModel):
-        for symbol, si, (low, high) in zip(("k", "b"), ("N/m", "N s/m"), normal.ci95, strict=True):
-            nominal = getattr(model.normal, symbol)
-            if not low <= nominal <= high:
-                value = getattr(normal.normal, symbol)
-                result[f"normal.{symbol}"] = FittedParameter(nominal, value, unit(si), (low, high))
     return result
 
 

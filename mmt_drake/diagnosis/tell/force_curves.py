@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from mmt_drake.diagnosis.fit.tracks import BoxTrack, States, Track
+from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
+from mmt_drake.diagnosis.fit.tracks import States, Track
 from mmt_drake.diagnosis.tell.evidence import Curve, Series
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -86,9 +87,13 @@ def without_sensor(model: Structure) -> Structure:
     laws = tuple(active for active in model.additions.laws if active.law.slot != Slot.SENSOR)
     handed = model.handed
     if handed is not None:
-        kept = (e for e in handed.effects if LIBRARY[e[0]].block not in ("force_sensor", "channel"))
+        kept = (e for e in handed.effects if LIBRARY[e[0]].block not in ("force_sensor", "channel", "geometry"))
         handed = replace(handed, effects=tuple(kept))
-    return replace(model.with_additions(laws=laws, delay=0.0), handed=handed)
+    bare = replace(model.with_additions(laws=laws, delay=0.0, turn=(0.0, 0.0, 0.0)), handed=handed)
+    if isinstance(bare, FlexibleBoxModel):
+        own = tuple(active for active in bare.along_normal.laws if active.law.slot != Slot.SENSOR)
+        bare = replace(bare, along_normal=replace(bare.along_normal, laws=own))
+    return bare
 
 
 def _curve(

@@ -10,7 +10,7 @@ from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.fit.comparison import at_bounds
-from mmt_drake.diagnosis.fit.prepare import Prepared, with_normal
+from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.learn import Learned
@@ -20,7 +20,6 @@ from mmt_drake.diagnosis.tell.reasons import Reasons
 from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.summary import summary_of
 from mmt_drake.errors import attempt
-from mmt_drake.model.parameters import NormalContact
 from mmt_drake.model.structure import Structure
 
 
@@ -34,7 +33,6 @@ class Outcome:
         nominal: the model handed in.
         refit: the fit of its own parameters; None where nothing was fitted.
         best: the fit that is delivered: with effects where some are named, else `refit`.
-        normal: the normal axis that was found, where there is one.
         candidates: all that was tried, best first.
         prescription: what to record next, where explanations remain that these recordings cannot tell apart.
     """
@@ -44,7 +42,6 @@ class Outcome:
     nominal: Structure
     refit: Fitted | None = None
     best: Fitted | None = None
-    normal: NormalContact | None = None
     candidates: tuple[Fitted, ...] = ()
     prescription: Prescription | None = None
 
@@ -63,7 +60,7 @@ class Outcome:
     @property
     def models(self) -> dict[str, Structure]:
         """`nominal` and the models of `fits`."""
-        return {"nominal": self.nominal} | {name: with_normal(f.model, self.normal) for name, f in self.fits.items()}
+        return {"nominal": self.nominal} | {name: f.model for name, f in self.fits.items()}
 
     @property
     def blocks(self) -> frozenset[str]:
@@ -126,11 +123,11 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         judgement: what was found.
     """
     problem, named, ruler, delivered = judgement.standard.problem, judgement.named, judgement.ruler, judgement.delivered
-    ranked, believed, normal = judgement.ranked, judgement.believed, judgement.ruler.normal
+    ranked, believed = judgement.ranked, judgement.believed
     nothing = judgement.verdict == "no_mismatch"
     known_to = intervals(problem, delivered)
-    wrong = {} if nothing else document.parameters(model, delivered, known_to, normal)
-    models = model, ruler.delivered(judgement.refit.model), ruler.delivered(delivered.model)
+    wrong = {} if nothing else document.parameters(delivered, known_to)
+    models = model, judgement.refit.model, delivered.model
     figures, *further = (document.figures(held, models) for held in ruler.heldout)
     errors = {f.hypothesis.key: _error(ruler, f) for f in ranked}
     reasons = Reasons(named, figures.heldout_nrmse.refit, errors, believed, ranked)
@@ -149,6 +146,9 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         }
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
+    mismatch = Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes)
+    shares = {one.axis: one.share for one in mismatch.axes}
+    by_axis = tuple(replace(one, mismatch=shares.get(one.axis)) for one in figures.by_axis)
     diagnosis = Diagnosis(
         verdict=judgement.verdict,
         summary="",
@@ -157,8 +157,8 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         alternatives=alternatives,
         parameters=wrong,
         curves=document.curves(delivered, known_to),
-        mismatch=Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes),
-        fit=figures,
+        mismatch=mismatch,
+        fit=replace(figures, by_axis=by_axis),
         model="augmented_model.yaml",
         preflight=prepared.findings,
         candidates=document.candidates(ranked, rivals, reasons),
@@ -169,8 +169,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         at_bounds=tuple(sorted(at_bounds(judgement.refit))),
     )
     diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
-    own = None if normal is None else normal.normal
-    return Outcome(diagnosis, prepared, model, judgement.refit, delivered, own, tuple(ranked))
+    return Outcome(diagnosis, prepared, model, judgement.refit, delivered, tuple(ranked))
 
 
 def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> Outcome:
@@ -192,4 +191,4 @@ def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> 
 
 def _error(ruler: Ruler, fitted: Fitted) -> float | None:
     """The contract's held-out error of the model of a fit; None where its simulation of the raw recording diverges."""
-    return attempt(ruler.heldout[0].nrmse, ruler.delivered(fitted.model))
+    return attempt(ruler.heldout[0].nrmse, fitted.model)

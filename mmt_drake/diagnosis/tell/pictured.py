@@ -11,6 +11,7 @@ import numpy as np
 from scipy import signal
 
 from mmt_drake.diagnosis.checks.preflight import Preflight
+from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.errors import free_running, in_contact, intervals_of, noise_through
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
@@ -20,7 +21,7 @@ from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.arrays import Array, Flags
-from mmt_drake.recording import Recording
+from mmt_drake.recording import AXES, Recording
 
 if TYPE_CHECKING:
     from mmt_drake.diagnosis.tell.outcome import Outcome
@@ -33,6 +34,8 @@ _STATES = {
     "deflection_rate": ("deflection rate", "m/s"),
     "position": ("body position", "m"),
     "load": ("normal load", "N"),
+    "depth": ("depth", "m"),
+    "depth_rate": ("depth rate", "m/s"),
     "input": ("input", ""),
 }
 
@@ -57,7 +60,9 @@ def _of_recording(
     simulated = {name: found for name, model in models.items() if (found := attempt(free_running, model, recording))}
     through = noise_through(last, recording, smoothed) if models.keys() <= simulated.keys() else {}
     counted = in_contact(recording) if isinstance(last, FlexibleBoxModel) else np.ones(len(recording), dtype=bool)
-    for axis, column in zip(check.axes, check.outputs, strict=True):
+    columns = dict.fromkeys((*check.outputs, *(track.column for track in tracks)))
+    for column in columns:
+        axis = AXES[column]
         name = {"contact": f"force_{axis}", "single_axis": "force", "driven_body": "output"}[smoothed.kind]
         outputs = {model: columns[name] for model, columns in simulated.items()}
         residuals = {model: recording[name] - output for model, output in outputs.items()}
@@ -67,7 +72,7 @@ def _of_recording(
             noise = math.hypot(noise, float(np.sqrt(np.mean(passed[known] ** 2))))
         track = next((t for t in tracks if t.column == column), None)
         restoring, friction = None, None
-        if track is not None and "refit" in models:
+        if track is not None and not isinstance(track, NormalTrack) and "refit" in models:
             skew = list(outcome.fits.values())[-1].skew
             restoring, friction = curves_of(track, models["refit"], models.get("augmented"), outcome.blocks, skew)
         yield Evidence(

@@ -15,10 +15,12 @@ from typing import Final
 
 import numpy as np
 
+from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT
 from mmt_drake.diagnosis.fit.errors import free_running
+from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.prepare import Prepared
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem, with_floors
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.tell.motion_plans import MotionPlan, Planner, closed_loop
@@ -116,11 +118,13 @@ def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor |
         source = prepared.recordings[0].source
         raise BadInput(source, found=prepared.reason or "no problem", expected="a recording to fit")
     first, tracks = tuple(rivals[:MOST_RIVALS]), prepared.problem.tracks
-    loudest = max(tracks, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
+    along = [track for track in tracks if not isinstance(track, NormalTrack)]
+    loudest = max(along, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
     pairs = zip(prepared.recordings, prepared.problem.by_recording(), strict=True)
     own = next(recording for recording, of_it in pairs if any(track is loudest for track in of_it))
     still = loudest.standing_still()
-    session = _MotionSearch(first, Planner([still.own(rival.model) for rival in first], own, still))
+    pressed = next((track for track in tracks if isinstance(track, NormalTrack)), None)
+    session = _MotionSearch(first, Planner([still.own(rival.model) for rival in first], own, still), pressed)
     now = session.separation(tracks)
     planned = list(session.planner.plans())
     found = map(session.tried, planned) if executor is None else executor.map(session.tried, planned)
@@ -136,10 +140,12 @@ class _MotionSearch:
     Attributes:
         rivals: the explanations.
         planner: of what can be tried; its track is the output by which motions are judged.
+        pressed: the normal axis, by which they are judged as well; None where it is not compared.
     """
 
     rivals: tuple[Fitted, ...]
     planner: Planner
+    pressed: NormalTrack | None = None
 
     @property
     def smoothed(self) -> Smoothed:
@@ -150,8 +156,8 @@ class _MotionSearch:
         """The motion and what it separates; None where it cannot be simulated."""
         try:
             answered = self._answered(plan, self.planner.models[0])
-            track = self._as_recorded(answered)
-            separation = self.separation(with_floors([track], self.rivals[0].model))
+            tracks = self._as_recorded(answered)
+            separation = self.separation(with_floors(tracks, self.rivals[0].model))
         except MmtError:
             return None
         kept = dict(plan.columns)
@@ -168,8 +174,8 @@ class _MotionSearch:
         answers = {k: v for k, v in free_running(model, recording).items() if k != "output_rate"}
         return replace(recording, columns={**columns, **answers})
 
-    def _as_recorded(self, clean: Recording) -> Track:
-        """A track of a recording without noise, as the sensors at hand would have recorded it."""
+    def _as_recorded(self, clean: Recording) -> list[Track]:
+        """The tracks of a recording without noise, as the sensors at hand would have recorded it."""
         generator = np.random.default_rng(0)
         columns = dict(clean.columns)
         for name, values in clean.columns.items():
@@ -179,10 +185,11 @@ class _MotionSearch:
             elif name.startswith("velocity"):
                 del columns[name]  # there was none to go by
         smoothed = smooth(replace(clean, columns=columns))
-        track = replace(self.planner.track, smoothed=smoothed, heldout=np.zeros(len(smoothed.time), dtype=bool))
+        seen = np.zeros(len(smoothed.time), dtype=bool)
+        track = replace(self.planner.track, smoothed=smoothed, heldout=seen)
         if isinstance(track, DrivenTrack) and "load" in clean:
-            return replace(track, load=np.interp(smoothed.time, clean.time, clean["load"]))
-        return track
+            track = replace(track, load=np.interp(smoothed.time, clean.time, clean["load"]))
+        return [track] if self.pressed is None else [track, replace(self.pressed, smoothed=smoothed, heldout=seen)]
 
     def separation(self, tracks: Sequence[Track]) -> Separation:
         """How far apart tracks hold the two explanations that are hardest to tell apart.

@@ -10,7 +10,7 @@ from mmt_drake.diagnosis.decide.block_replay import BlockReplay
 from mmt_drake.diagnosis.tell.figures_common import NAMES
 from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.result import Diagnosis, NamedEffect, Values
-from mmt_drake.diagnosis.tell.wording import all_words, bounded, capitalised, rms_words, words
+from mmt_drake.diagnosis.tell.wording import all_words, bounded, capitalised, in_degrees, rms_words, words
 
 DIGITS: Final = 3
 """Of a number in a table."""
@@ -25,8 +25,8 @@ def effect_rows(effect: NamedEffect) -> list[tuple[str, str, str | None, str]]:
     """Symbol, value, 95 % interval and unit of each number of an effect; the interval is None where it is unknown."""
     return [
         (symbol, *_known(number.value, number.ci95), number.unit)
-        for symbol, number in effect.parameters.items()
-        if isinstance(number.value, float | int)
+        for symbol, own in effect.parameters.items()
+        if isinstance((number := in_degrees(effect, own)).value, float | int)
     ]
 
 

@@ -53,6 +53,7 @@ class NamedEffect:
         certain: how deep the name holds: every explanation that is not ruled out has this law, one of its family, or
             one in its block. None where not even the block is sure, and for a learned table.
         parameters: symbol -> what was found.
+        axis: z where it acts along the surface normal of an object that moves along others too; else nothing.
     """
 
     name: str
@@ -60,6 +61,7 @@ class NamedEffect:
     block: str
     certain: Depth | None
     parameters: Mapping[str, EffectParameter]
+    axis: str = ""
 
 
 @dataclass(frozen=True)
@@ -122,17 +124,35 @@ class HeldoutNrmse:
 
 
 @dataclass(frozen=True)
+class AxisFit:
+    """The same as `Fit` says of all axes, of one alone, over the standard deviation of what was measured along it.
+
+    Attributes:
+        axis: x, y or z.
+        noise_floor: see `Fit`.
+        heldout_nrmse: see `Fit`.
+        mismatch: its share, 0 to 1, of what a refit leaves beyond the noise; None where there is no mismatch.
+    """
+
+    axis: str
+    noise_floor: float
+    heldout_nrmse: HeldoutNrmse
+    mismatch: float | None = None
+
+
+@dataclass(frozen=True)
 class Fit:
     """How well each model predicts what it was not fitted to.
 
     Attributes:
-        axes: tangential axes that moved; empty for a single axis or a driven body.
+        axes: axes that moved, the one along the surface normal included; empty for a single axis or a driven body.
         heldout_s: held-out blocks (from, to) [s].
         noise_floor: what sensor noise alone leaves, in the unit of `heldout_nrmse`.
         heldout_nrmse: of the model handed in, of the same with parameters fitted, and of that with its effects; over
             windows from states fitted in lead-ins that are not scored.
         heldout_nrmse_free: the same free-running from the first sample; None each where that diverges.
         window_s: length of a window [s], its lead-in apart: the whole recording where the model allows.
+        by_axis: noise and errors of each of the axes.
         spread: standard deviation of what was measured on those blocks, in `unit`: times an error of `heldout_nrmse` it
             is the RMS error; None where it is unknown. Not in the document, and neither is `unit`.
         unit: of the output.
@@ -144,6 +164,7 @@ class Fit:
     heldout_nrmse: HeldoutNrmse
     heldout_nrmse_free: HeldoutNrmse | None = None
     window_s: float | None = None
+    by_axis: tuple[AxisFit, ...] = ()
     spread: float | None = field(default=None, metadata=_UNTOLD)
     unit: str = field(default="", metadata=_UNTOLD)
 

@@ -6,12 +6,13 @@ from typing import Final
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, EffectParameter, NamedEffect
-from mmt_drake.diagnosis.tell.wording import bounded, followed, part_words, rms_words, share_words, words
+from mmt_drake.diagnosis.tell.wording import bounded, followed, in_degrees, part_words, rms_words, share_words, words
 
 MOST_WARNINGS: Final = 3
 """More are counted only: the report has them all."""
 
 _LEAST_SHARE = 0.005  # of a budget
+_MOST = 0.5  # of the mismatch beyond the noise
 _MOST_UNTRIED: Final = 5  # named; more are counted
 
 _DEPTHS: Final = {
@@ -83,11 +84,12 @@ def _listed(effects: Iterable[NamedEffect]) -> str:
     for effect in effects:
         numbers = ", ".join(
             f"{symbol} = {_value(p)}" + (f" {p.unit}" if p.unit != "1" else "")
-            for symbol, p in effect.parameters.items()
-            if isinstance(p.value, float)
+            for symbol, own in effect.parameters.items()
+            if isinstance((p := in_degrees(effect, own)).value, float)
         )
         depth = _DEPTHS.get(effect.certain or "law", "").format(family=words(effect.family), block=words(effect.block))
-        said.append(f"{words(effect.name)} ({numbers}{depth})")
+        along = f" along {effect.axis}" if effect.axis else ""
+        said.append(f"{words(effect.name)}{along} ({numbers}{depth})")
     return " and ".join(said)
 
 
@@ -118,6 +120,9 @@ def _where(d: Diagnosis) -> str:
     signal = followed(d.mismatch)
     if signal is not None:
         said += f", and follows the {words(signal.signal)}"
+    along = d.mismatch.axes[:1]
+    if along and along[0].share > _MOST:
+        said += f"; it shows along {along[0].axis}"
     return said + "."
 
 

@@ -7,7 +7,7 @@ from typing import Final
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.budget import NAMELESS, PARAMETERS, SHARED
 from mmt_drake.diagnosis.decide.mismatch import Dependence, Mismatch
-from mmt_drake.diagnosis.tell.result import Fit
+from mmt_drake.diagnosis.tell.result import EffectParameter, Fit, NamedEffect
 
 PERCENT: Final = (
     "Percent of an error means one thing here: a share of the mean squared error that the model handed in makes "
@@ -88,6 +88,17 @@ def bounded(value: float, interval: tuple[float, float] | None) -> tuple[str, st
         if len({low, known, high}) == 3:
             break
     return known, f"{low} to {high}"
+
+
+def in_degrees(effect: NamedEffect, number: EffectParameter) -> EffectParameter:
+    """A number of an effect as people read it: angles of frames in degrees, all else as it is."""
+    if effect.family != "geometry" or number.unit != "rad" or not isinstance(number.value, float):
+        return number
+    low, high = number.ci95 or (None, None)
+    ends = None
+    if isinstance(low, float) and isinstance(high, float):
+        ends = math.degrees(low), math.degrees(high)
+    return EffectParameter(math.degrees(number.value), "degrees", ends)
 
 
 def followed(mismatch: Mismatch) -> Dependence | None:

@@ -14,8 +14,8 @@ from mmt_drake.diagnosis.tell.pictured import pictures_of
 from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.report import write_report
 from mmt_drake.diagnosis.tell.result import Diagnosis
-from mmt_drake.errors import BadInput, MmtError
-from mmt_drake.model.parameters import FlexibleBoxModel, NormalContact
+from mmt_drake.errors import MmtError
+from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_files import Model, load_model, model_data, save_model
 from mmt_drake.recording.atomic import replacing, writing
 
@@ -67,7 +67,7 @@ def write_diagnosis(diagnosis: Diagnosis, path: str | Path) -> Path:
     return path
 
 
-def augmented_model(fitted: Fitted, normal: NormalContact | None = None) -> dict[str, Any]:
+def augmented_model(fitted: Fitted) -> dict[str, Any]:
     """The model file of a fit: what `mmt_drake.model_files.parse_model` reads.
 
     Structural parameters have the values found, those that were left out stay 0, and what was missing is listed under
@@ -75,7 +75,6 @@ def augmented_model(fitted: Fitted, normal: NormalContact | None = None) -> dict
 
     Args:
         fitted: the fit; effects that were handed in are listed first.
-        normal: the normal axis of a flexible box where it was fitted too; else that of the nominal model.
 
     Raises:
         BadInput: a nominal model with additions that no file holds, or numbers that no model can have.
@@ -86,10 +85,6 @@ def augmented_model(fitted: Fitted, normal: NormalContact | None = None) -> dict
     found = {"", *(name for name, _ in listed)}
     curves = (c if c.effect in found else replace(c, at=(), value=()) for c in nominal.over)  # not found: a wish still
     nominal = replace(nominal, over=tuple(curves))
-    if normal is not None:
-        if not isinstance(nominal, FlexibleBoxModel):
-            raise BadInput("model", found=f"a normal axis for a {nominal.NAME}", expected="one for a flexible_box")
-        nominal = replace(nominal, normal=normal)
     model = hypothesis.model(x)
     couples = isinstance(model, FlexibleBoxModel) and model.couples
     if isinstance(nominal, FlexibleBoxModel) and nominal.in_plane is None and couples:
@@ -115,7 +110,7 @@ def deliver(outcome: Outcome, folder: str | Path) -> Path | None:
     fit = outcome.diagnosis.fit
     if outcome.best is None or fit is None or fit.heldout_nrmse.augmented is None:
         return None
-    data = augmented_model(outcome.best, outcome.normal)
+    data = augmented_model(outcome.best)
     target = Path(folder) / MODEL_FILE
     with replacing(target) as temporary:
         save_model(temporary, data)

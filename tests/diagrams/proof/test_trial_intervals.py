@@ -8,16 +8,15 @@ import pytest
 
 from mmt_drake.diagnosis.fit.bootstrap import deviations
 from mmt_drake.diagnosis.fit.comparison import fit_widening
+from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.hypothesis import SKEW, Hypothesis
-from mmt_drake.diagnosis.fit.prepare import fit_normal, prepare, with_normal
-from mmt_drake.diagnosis.fit.problem import with_floors
+from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagrams.proof.trial.cases import Case
 from mmt_drake.diagrams.proof.trial.plants import PLANTS
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.effects import LIBRARY
-from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_files import parse_model
 
 EFFECTS = ("quadratic_drag", "nonlinear_stiffness")
@@ -28,13 +27,11 @@ def held(case: Case) -> Iterator[tuple[bool, bool]]:
     prepared = prepare([case.recording()], parse_model(dict(case.nominal)))
     assert prepared.problem is not None and prepared.fine is not None
     model = said(prepared.problem, parse_model(dict(case.nominal)), prepared.skew)
-    assert isinstance(model, FlexibleBoxModel)
-    normal = fit_normal(prepared.problem, model)
-    model = with_normal(model, None if normal is None else normal.normal)
     (concealed,) = case.effects
     effect = LIBRARY[concealed.name].within(model)
     hypothesis = Hypothesis.of(model, prepared.skew).adding(effect)
-    x = hypothesis.vector(dict(case.base), {effect.name: dict(concealed.parameters)})
+    base = {name.replace("normal_", "normal."): value for name, value in case.base.items()}
+    x = hypothesis.vector(base, {effect.name: dict(concealed.parameters)})
     problem = replace(prepared.fine, tracks=with_floors(prepared.fine.tracks, hypothesis.model(x)), coarse=1.0)
     low, high, _ = hypothesis.limits(x)
     fitted = fit_widening(problem, hypothesis, np.clip(x, low, high), steps=12)

@@ -1,0 +1,81 @@
+"""The noise floor of a track: what the noise of the sensors leaves of perfect data, given a model."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import lfilter
+
+from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
+from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.model.driven_model import DrivenBodyModel
+from mmt_drake.model.structure import Structure
+
+LEAST_NOISE = 1e-4
+"""No model is held to more than this part of what was measured, however little noise there is; of a closed loop, which
+brings the body to its goal whatever the model is, of how far it stays from that."""
+
+
+def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tuple[Track, ...]:
+    """The tracks with the noise that a model leaves of perfect data: the output's own, and the input's through it.
+
+    Noise of the input's position and rate, white within the band, is sent through the model beside the input.
+    """
+    generator = np.random.default_rng(seed)
+    result = []
+    for track in tracks:
+        own, through = float(track.smoothed.output_noise[track.column]), noise_through(track, model, generator)
+        told = track.measured
+        if isinstance(model, DrivenBodyModel) and model.controller is not None:
+            told = told - track.smoothed.input[:, 0]
+        least = LEAST_NOISE * float(np.std(told[track.weight > 0.0]))
+        result.append(replace(track, floor=max(math.hypot(own, through), least)))
+    return tuple(result)
+
+
+def noise_through(track: Track, model: Structure, generator: np.random.Generator) -> float:
+    """RMS of what the noise of the input, and of what states are fitted to, adds to the simulated output.
+
+    Raises:
+        MmtError: a simulation diverges.
+    """
+    noisier = _noisier(track, generator)
+    if noisier is track:
+        return 0.0
+    difference = (noisier.simulated(model) - track.simulated(model)) * track.weight
+    return math.sqrt(float(difference @ difference) / max(int(np.count_nonzero(track.weight)), 1))
+
+
+def _noisier(track: Track, generator: np.random.Generator) -> Track:
+    """The track with as much noise again on its input and on what states are fitted to; itself where neither is."""
+    s = track.smoothed
+    if not isinstance(track, DrivenTrack):
+        return replace(track, smoothed=_noisier_input(s, generator)) if s.input_rate_noise.any() else track
+    if not s.input_noise.any() and track.windows.at_rest:
+        return track
+    white, own = generator.standard_normal((2, len(s.time), 1))
+    smeared = s.low_pass.apply(own, s.rate_hz)
+    size = s.output_noise[0] / max(float(smeared.std()), 1e-300)
+    columns = {"input": s.input + s.input_noise * white, "output": s.output + size * smeared}
+    return replace(track, smoothed=replace(s, **columns, nearby=s.nearby + size * own))
+
+
+def _noisier_input(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed:
+    """The recording with as much noise again on its smoothed input."""
+    rate = smoothed.rate_hz
+    shape = smoothed.input.shape
+    white = generator.standard_normal(shape)
+    smooth_noise = smoothed.low_pass.apply(white, rate)
+    smooth_noise /= np.maximum(smooth_noise.std(axis=0), 1e-300)
+    u = smooth_noise * smoothed.input_rate_noise
+    # Position and rate belong to each other; below the corner the position's own noise holds the integral back.
+    corner = np.divide(
+        smoothed.input_rate_noise, smoothed.input_noise, out=np.zeros(shape[1]), where=smoothed.input_noise > 0.0
+    )
+    x = np.zeros(shape)
+    decay = np.exp(-np.minimum(corner, rate) / rate)
+    for i, a in enumerate(decay.tolist()):
+        x[:, i] = lfilter([1.0 / rate], [1.0, -a], u[:, i])
+    moving = smoothed.input_rate != 0.0  # a standstill has no noise left
+    return replace(smoothed, input=smoothed.input + x * moving, input_rate=smoothed.input_rate + u * moving)
