@@ -20,9 +20,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.cloud.vectors import Vector
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.numeric.vectors import Vector
 
 # Layout of `frame`: corner of cell 0 [m], the cells' edge [m] and its inverse, the number of cells along x, y and z.
 _, EDGE, PER_METRE, COUNT, FRAME_SIZE = map(Layout(), (3, 1, 1, 3, 0))

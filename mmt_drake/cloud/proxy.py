@@ -34,10 +34,10 @@ from numpy.typing import NDArray
 from mmt_drake.cloud.cloud import SERIAL, SPACING, Cloud
 from mmt_drake.cloud.grid import COUNT, EDGE, Grid, count_within
 from mmt_drake.cloud.spheres import neighbourhood, way_ahead, way_out
-from mmt_drake.cloud.vectors import UP, ZERO, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.numeric.vectors import UP, ZERO, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.quantities import Checked, Length, Quantity, Time
 
 FREE, IN_CONTACT, ENTRENCHED = 0.0, 1.0, 2.0
