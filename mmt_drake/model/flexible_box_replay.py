@@ -18,7 +18,7 @@ from mmt_drake.model.body import (
     touch,
 )
 from mmt_drake.model.flexible_box import advance_object
-from mmt_drake.model.forces import Surroundings, constants, normal_force
+from mmt_drake.model.forces import Surroundings, constants, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.numeric.arrays import Array
 
@@ -64,7 +64,7 @@ def _over(axes: int) -> Callable[..., None]:
                 while change < len(changes) and changes[change] <= time[k]:
                     s_change = changes[change] - time[k - 1]
                     if axes == 1:
-                        advance_body(state, 0, s, s_change, along, above, contact, start, c)
+                        advance_body(state, 0, s, s_change, along, above, contact, start, level_spring(c), c)
                     else:
                         advance_object(state, 0, s, s_change, along, across, above, contact, start, c, vector, size)
                     contact = not contact
@@ -75,7 +75,7 @@ def _over(axes: int) -> Callable[..., None]:
                     s = s_change
                     change += 1
                 if axes == 1:
-                    advance_body(state, 0, s, h, along, above, contact, start, c)
+                    advance_body(state, 0, s, h, along, above, contact, start, level_spring(c), c)
                 else:
                     advance_object(state, 0, s, h, along, across, above, contact, start, c, vector, size)
             normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
@@ -84,7 +84,7 @@ def _over(axes: int) -> Callable[..., None]:
                 if contact:
                     here = Cubic(probe[i, k], probe_rate[i, k], 0.0, 0.0)
                     over = Cubic(height[k], height_rate[k], 0.0, 0.0)
-                    around = Surroundings(here, over, state[at + ANCHOR], True, time[k] - begin_at)
+                    around = Surroundings(here, over, state[at + ANCHOR], True, time[k] - begin_at, level_spring(c))
                     felt = contact_force(state, at, around, 0.0, c)
                 sense(state, at, felt, normal, time[k] - begin_at, h, c)
                 force[i, k] = state[at + READING]

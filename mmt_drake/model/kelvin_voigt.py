@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, READING, VELOCITY, advance_memory, read_motion, sense
-from mmt_drake.model.forces import Surroundings, constants, deflection, forces
+from mmt_drake.model.forces import Surroundings, constants, deflection, forces, level_spring
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.over import take_course
 from mmt_drake.model.parameters import COURSE, Constants, kernel_vector
@@ -82,7 +82,7 @@ STATE_SIZE = _next.size
 def _force(state: Array, c: Constants) -> float:
     """Force on the probe at the latest sample [N]."""
     nothing, load = Cubic(0.0, 0.0, 0.0, 0.0), Cubic(state[LOAD], 0.0, 0.0, 0.0)
-    around = Surroundings(nothing, load, c.rest, True, state[TIME] - state[BEGAN])
+    around = Surroundings(nothing, load, c.rest, True, state[TIME] - state[BEGAN], level_spring(c))
     probe = read_motion(state, BODY)
     acting = forces(probe, 0.0, around, c)
     _, d_rate = deflection(probe.x, probe.v, 0.0, around, c)
@@ -134,7 +134,7 @@ def advance(state: Array, t: float, position: float, velocity: float, load: floa
         path = cubic(state[BODY + POSITION], state[BODY + VELOCITY], position, velocity, h)
         line = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
         nothing = Cubic(0.0, 0.0, 0.0, 0.0)
-        around = Surroundings(nothing, line, c.rest, True, state[TIME] - state[BEGAN])
+        around = Surroundings(nothing, line, c.rest, True, state[TIME] - state[BEGAN], level_spring(c))
         advance_memory(state, BODY, h, path, around, c)
     _take(state, t, position, velocity, load, h, c)
 
