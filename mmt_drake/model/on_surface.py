@@ -39,7 +39,8 @@ _NOWHERE: Vector = (0.0, 0.0, 0.0)
 
 
 @njit(error_model="numpy", forceinline=True)
-def _put_facet(state: Array, facet: Facet) -> None:
+def put_facet(state: Array, facet: Facet) -> None:
+    """Make a plane the one under the tip at the latest sample."""
     at = box.FACET
     state[at], state[at + 1], state[at + 2] = facet.n
     state[at + 3], state[at + 4], state[at + 5] = facet.c, facet.world, facet.mu
@@ -58,7 +59,7 @@ def begin_on(state: Array, t: float, motion: Array, contact: float, facet: Facet
     box.begin(state, t, motion, contact, p)
     if is_level(facet):
         return
-    _put_facet(state, facet)
+    put_facet(state, facet)
     if contact == box.CONTACT_BY_GEOMETRY:
         state[box.CONTACT] = 1.0 if height_above(facet, get(motion, 0)) < 0.0 else 0.0
     _put_anchor(state, get(motion, 0), _NOWHERE)
@@ -120,7 +121,7 @@ def advance_on(state: Array, t: float, motion: Array, contact: float, facet: Fac
         state[box.PROBE + i] = motion[i]
     state[box.TIME] = t
     state[box.CONTACT] = 1.0 if is_in else 0.0
-    _put_facet(state, facet)
+    put_facet(state, facet)
     if is_in:
         d = turned(box.deflection_of(state), facet.n)
         _put_anchor(state, tip, d)

@@ -43,6 +43,7 @@ class Mesh(Shape):
     """
 
     file: str = ""
+    LAID: ClassVar = False
     KIND: ClassVar = layout.MESH
 
     def __post_init__(self) -> None:
@@ -76,7 +77,11 @@ class Mesh(Shape):
         self, n: int, size: tuple[float, float] = (0.3, 0.3), *, arranged: Layout = "regular", seed: int = 0
     ) -> Cloud:
         """n points strewn evenly over the whole mesh; see `Shape.cloud`, of which the rest has no meaning here."""
-        return Cloud(self.points(np.zeros((n, 2))))
+        points, packed = self.points(np.zeros((n, 2))), self.packed()
+        from mmt_drake.surfaces.locate import locate  # which knows meshes
+
+        normals = [locate(packed, tuple(point), (0.0, 0.0, 0.0))[1] for point in points]
+        return Cloud(points, normals=np.array(normals).reshape(-1, 3))
 
 
 @lru_cache(maxsize=4)

@@ -26,6 +26,7 @@ class Shape(Checked, ABC):
     Attributes:
         at: where its origin, a point on it, is [m], table frame; of a body that slides before it has moved.
         turned: how far it is turned about z at its origin [deg].
+        mu: friction of the tip on it; null: the tip never slips.
         fixed_to: `world`: it stays, and the body slides along it, as under the flat top that knows no end; `body`: it
             goes with the body, which slides on the table, and the force along its normal pushes that, too.
 
@@ -36,9 +37,12 @@ class Shape(Checked, ABC):
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     turned: Annotated[float, Quantity("deg", -360.0, 360.0)] = 0.0
     fixed_to: FixedTo = "world"
+    mu: Annotated[float | None, Quantity("1", positive=True)] = None
 
     CALLED: ClassVar = "surface"
     KIND: ClassVar[float]
+    LAID: ClassVar = True
+    """Whether a hand that is told a motion over a level surface makes it over this one, where it stays."""
 
     @abstractmethod
     def own_numbers(self) -> Array:
@@ -58,9 +62,9 @@ class Shape(Checked, ABC):
     def packed(self) -> Array:
         """The vector that `locate` reads."""
         turned = math.radians(self.turned)
-        fixed = 1.0 if self.fixed_to == "world" else 0.0
+        how = 1.0 if self.fixed_to == "world" else 0.0, math.inf if self.mu is None else self.mu
         return np.concatenate(
-            [[self.KIND, fixed, *self.at, math.cos(turned), math.sin(turned)], np.ravel(self.own_numbers())]
+            [[self.KIND, *how, *self.at, math.cos(turned), math.sin(turned)], np.ravel(self.own_numbers())]
         )
 
     def points(self, uv: Array) -> Array:
@@ -83,7 +87,7 @@ class Shape(Checked, ABC):
         Raises:
             BadInput: a size or number without meaning.
         """
-        return Cloud(self.points(plane(n, size, layout=arranged, seed=seed).base[:, :2]))
+        return Cloud(self.points(plane(n, size, layout=arranged, seed=seed).base[:, :2])).with_normals()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,6 +185,7 @@ class Step(Shape):
     """
 
     fall: Length = 0.02
+    LAID: ClassVar = False
     KIND: ClassVar = layout.STEP
 
     def own_numbers(self) -> Array:
