@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 #: Karnopp friction of the thesis's set-up 1 (section 4.1).
 THESIS_FRICTION = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
 
+Top = Plane | Sphere | Cylinder | Saddle | Step | HeightField | Mesh
+
 _NOISE_SEED = 101  # apart from the station's other random streams
 
 
@@ -96,7 +98,7 @@ class Environment(SensedObject):
             the surface, and a detector beside the operator says where that is.
     """
 
-    surface: Plane | Sphere | Cylinder | Saddle | Step | HeightField | Mesh | None = None
+    surface: Top | None = None
 
     def simulated(self, **shown: Any) -> System:
         """See `SensedObject.simulated`."""

@@ -61,13 +61,8 @@ class Person(NamedTuple):
             return self
         time = np.linspace(0.0, self.duration, round(self.duration / step) + 1)
         position = laid(shape, self.motion.sample(time)[0])
-        return repeating(
-            SampledMotion(
-                time,
-                position,
-                np.asarray(np.asarray(CubicSpline(time, position)(time, 1), dtype=np.float64), dtype=float),
-            )
-        )
+        velocity = np.asarray(CubicSpline(time, position)(time, 1), dtype=np.float64)
+        return repeating(SampledMotion(time, position, velocity))
 
     def yielding(self, impedance: HandImpedance, period: float) -> Person:
         """The same who yields to what is felt."""
