@@ -27,6 +27,7 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.updates import Blended, EnergyPermitting
+from mmt_drake.surfaces import Sphere
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance
 from mmt_drake.systems.compliant_tip import CompliantTipSystem, TipSettings
 from mmt_drake.systems.contact_detector import ContactDetector
@@ -40,6 +41,7 @@ from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.live_view import LiveView
+from mmt_drake.systems.local_frame import LocalFrame
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
@@ -169,6 +171,7 @@ CASES: dict[str, Case] = {
         lambda folder: flexible_box(told_contact=True),
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
     ),
+    "FlexibleBox-on-a-ball": Case(lambda folder: flexible_box(shape=Sphere(fixed_to="body", mu=0.3))),
     "ForeignBoxSystem": Case(lambda folder: foreign_box()),
     "ForeignBoxSystem-sensors": Case(
         lambda folder: foreign_box(
@@ -212,6 +215,7 @@ CASES: dict[str, Case] = {
     ),
     "PassivityControlledMotion": Case(lambda folder: PassivityControlledMotion()),
     "ProxySpringRenderer": Case(lambda folder: ProxySpringRenderer(), still=frozenset({"status"})),
+    "LocalFrame": Case(lambda folder: LocalFrame()),
     "ContactDetector": Case(lambda folder: ContactDetector()),
     "SurfaceContactDetector": Case(
         lambda folder: SurfaceContactDetector(), computed_together=frozenset({("position", "proxy_state")})

@@ -142,8 +142,8 @@ SURFACES: Final = Comparison(
     name="surfaces",
     title="Is the rendered force right on surfaces that are not level?",
     lead=(
-        "`setup1-free-running`, strokes, ideal clouds of 30 000 points with normals by Open3D; the hand's motion is "
-        "laid over surfaces that are fixed to the world, and glides over the edge of a step. Where the body carries the "
+        "`setup1-free-running`, strokes, ideal clouds of 30 000 points with normals by Open3D. The hand's motion is "
+        "laid over surfaces that are fixed to the world; it glides over the edge of a step. Where the body carries the "
         "surface, or the tip slips, the estimator's model is another than the plant's: nothing is to be reached there."
     ),
     cases=cases,
