@@ -5,8 +5,9 @@ About a point x of the surface, with weights of the points about it, n is their 
     delta = sum w (n + n_i).(p_i - x) / (2 sum w)
 
 how far x is below the surface. The mean of the points lies below a dome and the mean of their planes above it, by as
-much: what is left is of fourth order in the radius. From the proxy's foot x is led onto the surface in two steps, so
-the plane turns as evenly as the weights change, whichever points come and go.
+much: what is left is of fourth order in the radius. Points whose normals are another face's, beyond an edge, count
+less. From the proxy's foot x is led onto the surface in two steps, so the plane turns as evenly as the weights change,
+whichever points come and go.
 """
 
 import math
@@ -20,7 +21,7 @@ from mmt_drake.cloud.grid import Grid, cells_across, row
 from mmt_drake.cloud.proxy import NORMAL, SURFACE, TOUCHING, new_memory, step_proxy
 from mmt_drake.cloud.spheres import wendland
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.numeric.vectors import ZERO, Vector, dot, get, length, minus, plus, put, times
+from mmt_drake.numeric.vectors import Vector, dot, get, length, minus, plus, put, times
 
 FACET_SIZE = 4
 _STEPS = 2
@@ -42,16 +43,21 @@ def touching_plane(memory: Array, hand: Array, cloud: Cloud | None, radius: floa
     if memory[TOUCHING] == 0.0:
         return
     if cloud is None or cloud.normals is None:
-        put(facet, 0, get(memory, NORMAL))
-        facet[3] = dot(get(memory, NORMAL), get(memory, SURFACE))
+        _plane_of_proxy(memory, facet)
         return
     grid, normals = cloud.lowered(0.0)
-    _touching_plane(get(memory, SURFACE), hand, *grid, normals, cloud.translation, radius, facet)
+    _touching_plane(memory, hand, *grid, normals, cloud.translation, radius, facet)
+
+
+@njit(cache=True)
+def _plane_of_proxy(memory: Array, facet: Array) -> None:
+    put(facet, 0, get(memory, NORMAL))
+    facet[3] = dot(get(memory, NORMAL), get(memory, SURFACE))
 
 
 @njit(cache=True)
 def _touching_plane(
-    foot: Vector,
+    memory: Array,
     hand: Array,
     points: Array,
     starts: NDArray[np.int32],
@@ -62,10 +68,10 @@ def _touching_plane(
     facet: Array,
 ) -> None:
     grid, moved = Grid(points, starts, frame), get(translation, 0)
-    goal, x = minus(get(hand, 0), moved), minus(foot, moved)
-    n = ZERO
+    goal, x = minus(get(hand, 0), moved), minus(get(memory, SURFACE), moved)
+    n = get(memory, NORMAL)
     for step in range(_STEPS):
-        total, normal, along = _about(grid, normals, x, radius)
+        total, normal, along = _about(grid, normals, x, radius, n)
         if total == 0.0 or length(normal) < 1e-3 * total:
             break
         n = times(1.0 / length(normal), normal)
@@ -79,8 +85,8 @@ def _touching_plane(
 
 
 @njit(cache=True)
-def _about(grid: Grid, normals: Array, x: Vector, radius: float) -> tuple[float, Vector, float]:
-    """Sums over the points within a radius of x, grid coordinates: w, w n_i, and w (n + n_i).(p_i - x)/2."""
+def _about(grid: Grid, normals: Array, x: Vector, radius: float, face: Vector) -> tuple[float, Vector, float]:
+    """Sums over the points within a radius of x, grid coordinates, on a face: w, w n_i, and w (n + n_i).(p_i - x)/2."""
     limit = radius * radius
     total = nx = ny = nz = px = py = pz = own = 0.0
     z0, z1 = cells_across(grid, 2, x, radius)
@@ -93,8 +99,9 @@ def _about(grid: Grid, normals: Array, x: Vector, radius: float) -> tuple[float,
                 squared = dx * dx + dy * dy + dz * dz
                 if squared >= limit:
                     continue
-                w = wendland(math.sqrt(squared), 0.0, radius)
                 a, b, c = normals[0, i], normals[1, i], normals[2, i]
+                alike = max(a * face[0] + b * face[1] + c * face[2], 0.0) ** 2
+                w = wendland(math.sqrt(squared), 0.0, radius) * alike * alike
                 total += w
                 nx += w * a
                 ny += w * b
@@ -114,3 +121,4 @@ def compile_touching_plane(settings: Array) -> None:
     for _ in range(2):  # first it comes down from above
         step_proxy(memory, np.zeros(3), cloud, settings)
     touching_plane(memory, np.zeros(3), cloud, settings[2], facet)
+    _plane_of_proxy(memory, facet)

@@ -20,8 +20,10 @@ class ContactDetector(KernelSystem):
     """Says from a point cloud of the surface whether the probe touches it (thesis appendices C and D.3).
 
     A proxy follows the probe and is held up by the cloud; the probe is in contact if, after the proxy's step, points
-    are within r2 of the proxy. The spheres would notice the surface from r2 away, so the cloud is taken to lie
-    `surface_offset` lower, against the normals of its points: contact begins and ends where the tip passes the surface,
+    are within r2 of the proxy; of a cloud with normals also only where the probe is below the plane that touches the
+    surface there, for a proxy that has slid over an edge stays near it for long. The spheres would notice the surface
+    from r2 away, so the cloud is taken to lie `surface_offset` lower, against the normals of its points: contact begins
+    and ends where the tip passes the surface,
     to the unevenness of a sampled surface (spacing²/(4 r2) from highest to lowest on a square lattice, 0.15 mm for
     30 000 points on 0.3 x 0.3 m). The default offset follows from each cloud's own spacing; for a noisy cloud pass
     `contact_offset(r2, spacing, noise)`. On a flat surface a slow probe is so detected at z = 0; the probe has gone
@@ -81,4 +83,8 @@ class ContactDetector(KernelSystem):
         step_proxy(memory, position, cloud, self._packed)
         readout[:_CLEARANCE] = memory[_SHOWN]
         readout[_CLEARANCE] = clearance(cloud, position, self.settings.r3)
-        touching_plane(memory, position, cloud, self.settings.r3, readout[_FACET:_MEMORY])
+        facet = readout[_FACET:_MEMORY]
+        touching_plane(memory, position, cloud, self.settings.r3, facet)
+        if memory[TOUCHING] and cloud is not None and cloud.normals is not None:
+            uneven = cloud.spacing**2 / (4.0 * self.settings.r2)
+            readout[0] = facet[:3] @ position[:3] < facet[3] + uneven

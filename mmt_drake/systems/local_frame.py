@@ -73,9 +73,11 @@ class LocalFrame(KernelSystem):
     - ``raw_measurement`` (9): position [m], velocity [m/s], force [N], table frame.
     - ``facet`` (4): the plane that touches the surface: outward unit normal n, n · x of its points [m]; zeros: the
       last.
-    - ``estimated_force``, ``filtered_force`` (3): what an estimator says in the local frame [N]; may stay unconnected.
-    - ``measurement`` (9): the measurement in the local frame.
-    - ``estimated``, ``filtered`` (3): those forces in the table frame [N].
+    - ``estimated_force`` (3): what an estimator says in the local frame [N]; may stay unconnected.
+    - ``filtered_force`` (3): the force that it sees, in the local frame [N]; may stay unconnected.
+    - ``measurement`` (9): position [m], velocity [m/s], force [N] in the local frame.
+    - ``estimated`` (3): the estimated force in the table frame [N].
+    - ``filtered`` (3): the filtered force in the table frame [N].
 
     The measurement does not wait for the update: it belongs to the inputs at the same instant (direct feedthrough).
 

@@ -159,6 +159,8 @@ ALWAYS_FINITE = frozenset({(name, "status") for name in ("motion", "remote_force
 STATUS_ALONE = frozenset((port, "status") for port in ("motion", "theta", "in_contact", "held_body"))
 #: Only `EnergyPermitting` asks how sure theta is.
 SURE = frozenset(("model_status", port) for port in (*impedance.PORT_SIZES, "readout"))
+#: Which way the surface lies says nothing of theta.
+LIES = frozenset({("facet", "status")})
 #: A hand apart from the motion matters to these where it is not finite.
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
@@ -183,18 +185,19 @@ CASES: dict[str, Case] = {
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(
         lambda folder: ImpedanceRenderer(),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-blended": Case(
         lambda folder: ImpedanceRenderer(updates=Blended()),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-energy": Case(
         lambda folder: ImpedanceRenderer(updates=EnergyPermitting()),
         computed_together=frozenset(("held_body", port) for port in (*impedance.PORT_SIZES, "readout"))
-        | {("model_status", "status")},
+        | {("model_status", "status"), ("motion", "status")}
+        | LIES,
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),

@@ -71,6 +71,7 @@ SURFACES_RUN: Final = {
     "height field": OnSurface(HeightField()),
     "step, over its edge": OnSurface(edge_across_the_slide(), operator=SLIDE),
     "level, the same slide": OnSurface(None, operator=SLIDE),
+    "level, 400 ms each way": OnSurface(None, delay=0.4),
     "ball, 400 ms each way": OnSurface(Sphere(), delay=0.4),
     "ball, tip slips (mu 0.3)": OnSurface(Sphere(mu=0.3), asked=False),
     "plane at 20 degrees, carried": OnSurface(Plane(tilt=20.0, fixed_to="body"), asked=False),
