@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,6 +19,7 @@ from mmt_drake.foreign.plant import STEP_S
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Additions, Friction
 from mmt_drake.quantities import Quantity, quantities
+from mmt_drake.surfaces import Cylinder, HeightField, Mesh, Plane, Saddle, Shape, Sphere, Step, locate
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.foreign_box import ForeignBoxSystem
 
@@ -27,14 +29,19 @@ if TYPE_CHECKING:
 #: Karnopp friction of the thesis's set-up 1 (section 4.1).
 THESIS_FRICTION = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
 
+Top = Plane | Sphere | Cylinder | Saddle | Step | HeightField | Mesh
+
 _NOISE_SEED = 101  # apart from the station's other random streams
 
 
 @dataclass(frozen=True)
-class Environment:
-    """The remote side's object and sensors; the defaults are the thesis's set-up 1.
+class SensedObject:
+    """Base of the environments: the remote side's object and sensors.
 
-    In a file the object may have `effects` too, as in a model file.
+    Attributes:
+        object: its structure and numbers.
+        noise: of the sensors.
+        cloud: how its top is seen.
     """
 
     object: FlexibleBoxModel = FlexibleBoxModel(friction=THESIS_FRICTION)
@@ -49,9 +56,15 @@ class Environment:
             raise BadInput("environment", at=at, found=error.found, expected=error.expected) from None
 
     def build(self, site: Site) -> System:
-        """The object; of a real one under an arm its top as it was measured."""
+        """The object; of a real one under an arm its top as it was measured.
+
+        Raises:
+            BadInput: the hand starts below its surface.
+        """
         if site.devices.arm is not None:
             return _still(site.surface.shown)
+        if site.scenario.shape is not None:
+            _check_start(site, site.scenario.shape)
         return self.simulated(
             period=site.step,
             noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + _NOISE_SEED),
@@ -64,17 +77,36 @@ class Environment:
         """The first field that says something of sensors, if any does: a telerobot has its own."""
         return None if self.noise == SensorNoise() else "noise"
 
+    @abstractmethod
     def simulated(self, **shown: Any) -> System:
         """The object in simulation.
 
         Args:
             shown: period, noise and surface, as `FlexibleBox` takes them.
         """
-        return FlexibleBox(self.object, **shown)
 
 
 @dataclass(frozen=True)
-class ForeignBox(Environment):
+class Environment(SensedObject):
+    """The remote side's object and sensors; the defaults are the thesis's set-up 1.
+
+    In a file the object may have `effects` too, as in a model file.
+
+    Attributes:
+        surface: the shape of its top; null: level, z = 0 without end. A hand that is scripted or recorded over a level
+            one is laid over it where it stays and is smooth. An estimator then reads what is measured in the frame of
+            the surface, and a detector beside the operator says where that is.
+    """
+
+    surface: Top | None = None
+
+    def simulated(self, **shown: Any) -> System:
+        """See `SensedObject.simulated`."""
+        return FlexibleBox(self.object, shape=self.surface, **shown)
+
+
+@dataclass(frozen=True)
+class ForeignBox(SensedObject):
     """The same object by a simulation that shares no physics with the model: the test of whoever knows the model.
 
     Friction is a vector in the plane and sticks by a spring-slider without Karnopp's band (`mmt_drake.foreign.plant`).
@@ -98,11 +130,11 @@ class ForeignBox(Environment):
         self._numbers()
 
     def sensing(self) -> str | None:
-        """See `Environment.sensing`."""
+        """See `SensedObject.sensing`."""
         return super().sensing() or (None if self.sensors == ForeignSensors() else "sensors")
 
     def simulated(self, **shown: Any) -> System:
-        """See `Environment.simulated`."""
+        """See `SensedObject.simulated`."""
         return ForeignBoxSystem(self._numbers(), self.sensors, **shown)
 
     def _numbers(self) -> Numbers:
@@ -122,6 +154,14 @@ def numbers_of(model: FlexibleBoxModel) -> Numbers:
         Fs=friction.Fs,
         Fd=friction.Fd,
     )
+
+
+def _check_start(site: Site, shape: Shape) -> None:
+    x, y, z = site.start.tolist()
+    depth, _ = locate(shape.packed(), (x, y, z), (0.0, 0.0, 0.0))
+    if depth > 0.0:
+        found, expected = f"a surface {1e3 * depth:.1f} mm above where the hand starts", "one below it: `at` moves it"
+        raise BadInput(site.scenario.name, at="environment.surface", found=found, expected=expected)
 
 
 def _still(surface: Cloud) -> Diagram:

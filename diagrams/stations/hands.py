@@ -7,15 +7,20 @@ from importlib import resources
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from scipy.interpolate import CubicSpline
 
 from mmt_drake.diagrams.stations.nets import Nets
 from mmt_drake.errors import BadInput
+from mmt_drake.motion.analytic import Motion
 from mmt_drake.motion.placement import Placement, place
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.motion.yielding import HandImpedance
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording, load
+from mmt_drake.surfaces import Shape, locate
 from mmt_drake.systems.interactive_operator import InteractiveOperator
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
@@ -32,11 +37,32 @@ class Person(NamedTuple):
         system: with the ports of every operator.
         duration: of the motion, if it ends [s].
         middle: x, y of what the hand covers [m].
+        motion: that it makes whatever it feels, if that is known before.
     """
 
     system: System
     duration: float | None = None
     middle: tuple[float, float] = (0.0, 0.0)
+    motion: Motion | None = None
+
+    def over(self, shape: Shape, step: float) -> Person:
+        """The same whose motion over a level surface is laid over another, where that is one that stays and is smooth.
+
+        A height above the level becomes one along the normal.
+
+        Args:
+            shape: of the surface.
+            step: between the samples of the motion [s].
+
+        Raises:
+            BadInput: the hand leaves the surface.
+        """
+        if self.motion is None or self.duration is None or not shape.LAID or shape.fixed_to != "world":
+            return self
+        time = np.linspace(0.0, self.duration, round(self.duration / step) + 1)
+        position = laid(shape, self.motion.sample(time)[0])
+        velocity = np.asarray(CubicSpline(time, position)(time, 1), dtype=np.float64)
+        return repeating(SampledMotion(time, position, velocity))
 
     def yielding(self, impedance: HandImpedance, period: float) -> Person:
         """The same who yields to what is felt."""
@@ -74,7 +100,7 @@ class Scripted:
             BadInput: there is no such motion.
         """
         motion = scripted_motion(self.motion, **self.parameters)
-        return Person(ScriptedOperator(motion), motion.cycle)
+        return Person(ScriptedOperator(motion), motion.cycle, motion=motion)
 
 
 @dataclass(frozen=True)
@@ -146,8 +172,22 @@ def load_operator(file: str | Path) -> Recording:
         return replace(load(path, forces=False), source=name)
 
 
+def laid(shape: Shape, position: Array) -> Array:
+    """(n, 3) positions over a level surface [m] laid over another.
+
+    Raises:
+        BadInput: one of them is beyond the surface.
+    """
+    on, packed = shape.points(position[:, :2]), shape.packed()
+    if len(on) < len(position):
+        beyond = f"{len(position) - len(on)} of {len(position)} samples beyond it"
+        raise BadInput("operator", at="motion", found=beyond, expected="a motion over the surface of the object")
+    normals = np.array([locate(packed, tuple(point), (0.0, 0.0, 0.0))[1] for point in on.tolist()])
+    return np.asarray(on + position[:, 2:] * normals)
+
+
 def repeating(motion: SampledMotion) -> Person:
     """A hand that repeats a motion."""
     x, y = 0.5 * (motion.position[:, :2].min(axis=0) + motion.position[:, :2].max(axis=0))
     operator = RecordedOperator(motion.time, motion.position, motion.velocity)
-    return Person(operator, motion.duration, (float(x), float(y)))
+    return Person(operator, motion.duration, (float(x), float(y)), motion)

@@ -25,6 +25,7 @@ from mmt_drake.realtime import PaceReport
 from mmt_drake.systems.compliant_tip import CompliantTipSystem
 from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
+from mmt_drake.systems.local_frame import LocalFrame
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.probe_compensation import ProbeCompensation
@@ -158,6 +159,11 @@ def detector(site: Site) -> ContactDetector:
     return ContactDetector(site.proxy)
 
 
+def local_frame(site: Site) -> LocalFrame | None:
+    """What an estimator reads on a surface that is not level."""
+    return None if site.scenario.shape is None else LocalFrame(period=site.step)
+
+
 def while_well(site: Site) -> WhileWell | None:
     """No contact is shown of an arm that has stopped."""
     if site.devices.arm is None:
@@ -198,7 +204,7 @@ def clouds_to_operator(site: Site) -> System | None:
     cloud a frame too early, so it is read shortly before each of the channel's ticks: not at the tick, in the midst of
     which a flag that depends on the cloud would then change.
     """
-    if not site.scenario.renderer.sees and site.scenario.switching != "operator":
+    if not site.scenario.renderer.sees and not site.scenario.seen_by_operator:
         return None
     config = site.seeded(site.scenario.to_operator, _CLOUD_SEED)
     frame, empty = 1.0 / site.scenario.environment.cloud.rate, AbstractValue.Make(Cloud.empty())
@@ -216,7 +222,7 @@ def clouds_to_operator(site: Site) -> System | None:
 
 def operator_detector(site: Site) -> SurfaceContactDetector | None:
     """A second detector, beside the operator."""
-    if site.scenario.switching != "operator":
+    if not site.scenario.seen_by_operator:
         return None
     return SurfaceContactDetector(site.surface.looking_ahead(site.proxy))
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydrake.systems.framework import System
 
 from mmt_drake.diagrams.stations.own_parts import OwnPart
 from mmt_drake.diagrams.stations.returned import RETURNED
 from mmt_drake.model.parameters import InPlane
-from mmt_drake.quantities import Checked, Damping, Mass, Stiffness
+from mmt_drake.quantities import Checked, Damping, Mass, Quantity, Stiffness
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.passivity import PassivityControl
 from mmt_drake.rendering.updates import AtOnce, Policy
@@ -102,6 +102,7 @@ class ImpedanceReflection(_Renderer):
         in_plane: whether its friction is a vector or that of each axis, as in the thesis.
         arm: the telerobot's, between the hand and the object; null: the object is rendered as if the probe were where
             the hand is.
+        mu: friction of the probe on the surface, where that is not level; null: it never slips.
     """
 
     substeps: int = 1
@@ -109,13 +110,21 @@ class ImpedanceReflection(_Renderer):
     probe: ProbeInput = "moved"
     in_plane: InPlane = "vector"
     arm: ModelledArm | None = None
+    mu: Annotated[float | None, Quantity("1", positive=True)] = None
     name = "runge_kutta"
     receives = (*_MODEL, "held_body", "model_status")
 
     def build(self, site: Site) -> LeafSystem:
         """The renderer."""
+        shape = site.scenario.shape
         return impedance_reflection.ImpedanceRenderer(
-            period=site.step, substeps=self.substeps, updates=self.updates, probe=self.probe, in_plane=self.in_plane
+            period=site.step,
+            substeps=self.substeps,
+            updates=self.updates,
+            probe=self.probe,
+            in_plane=self.in_plane,
+            carried=shape is not None and shape.fixed_to == "body",
+            mu=self.mu,
         )
 
 

@@ -46,5 +46,6 @@ def returned(scenario: Scenario) -> dict[str, int]:
     It is what the renderer asks for, as far as the estimator knows it and no detector beside the operator does.
     """
     missing = {name for name in ("held_body", "model_status") if name not in scenario.estimator.tells}
-    missing |= {"in_contact"} if scenario.switching == "operator" else set()
+    missing |= {"in_contact"} if scenario.seen_by_operator else set()
+    missing |= set() if scenario.shape is None else {"held_body"}  # it counts along another frame
     return {name: RETURNED[name].size for name in scenario.renderer.receives if name not in missing}

@@ -20,6 +20,7 @@ from mmt_drake.model_files import with_effects
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording
+from mmt_drake.surfaces import Shape
 from mmt_drake.typed_yaml import fill, override, parse, read_text
 
 SCENARIOS = Path(__file__).parent / "scenarios"
@@ -98,6 +99,16 @@ class Scenario:
             raise BadInput(
                 "scenario", at=f"environment.{said}", found=getattr(self.environment, said), expected=expected
             )
+
+    @property
+    def shape(self) -> Shape | None:
+        """Of the object's top; None: it is level."""
+        return None if isinstance(self.environment, ForeignBox) else self.environment.surface
+
+    @property
+    def seen_by_operator(self) -> bool:
+        """Whether a detector beside the operator says where the surface is, and whether the hand touches it."""
+        return self.switching == "operator" or (self.shape is not None and self.renderer.switched)
 
     @property
     def rls(self) -> RlsOptions:

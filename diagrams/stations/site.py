@@ -111,6 +111,7 @@ class Site:
                 person = repeating(place(self.operator))
             else:
                 person = self.scenario.operator.build(self.step, self.meshcat)
+            person = person if self.scenario.shape is None else person.over(self.scenario.shape, self.step)
             return person if self.scenario.hand is None else person.yielding(self.scenario.hand, self.step)
 
     @cached_property

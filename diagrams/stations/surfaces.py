@@ -104,12 +104,16 @@ class SurfaceCloud:
         Raises:
             BadInput: the file cannot be read.
         """
-        if self.file is None:
+        shape = site.scenario.shape
+        if self.file is None and shape is not None:
+            shown = shape.cloud(self.points, (self.size,) * 2, arranged=self.layout, seed=site.scenario.seed)
+        elif self.file is None:
             at = (*site.person.middle, 0.0)
             shown = plane(self.points, (self.size,) * 2, centre=at, layout=self.layout, seed=site.scenario.seed)
         else:
             shown = read_cloud(self.file)
             shown = shown if self.voxel is None else thinned(shown, self.voxel)
+            shown = shown if shape is None else shown.with_normals()
         # Without noise the detector's own rule follows the spacing of each cloud.
         noisy = self.noise > 0.0 and len(shown) > 0
         offset = contact_offset(site.scenario.detector.r2, shown.spacing, self.noise) if noisy else None
@@ -169,6 +173,9 @@ class SimulatedDepthCamera:
         if site.devices.arm is not None:
             expected = "!DepthCamera, or the surface as it was measured (cloud.file): the object is a real one"
             raise BadInput(site.scenario.name, found="!SimulatedDepthCamera beside an arm", expected=expected)
+        if site.scenario.shape is not None:
+            expected = "environment.cloud: {}, points on the surface: the simulated camera sees a level box"
+            raise BadInput(site.scenario.name, at="environment.cloud", found="!SimulatedDepthCamera", expected=expected)
         middle, errors = site.person.middle, self.camera_errors()
         errors = replace(errors, seed=errors.seed + site.scenario.seed + _CAMERA_SEED)
         intrinsics, where = self.view.intrinsics(), self.view.extrinsics(middle)

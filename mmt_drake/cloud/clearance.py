@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.grid import COUNT, EDGE, Grid, cells_across
-from mmt_drake.cloud.vectors import Vector, get, minus
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.vectors import Vector, get, minus
 
 NO_SURFACE = -math.inf
 

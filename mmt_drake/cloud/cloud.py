@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from mmt_drake.cloud.grid import DEFAULT_EDGE, Grid, build_grid, count_within
+from mmt_drake.cloud.grid import DEFAULT_EDGE, EDGE, Grid, build_grid, count_within, grid_order
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 
@@ -33,9 +33,11 @@ class Cloud:
         translation: (3,) where the base points' origin is now [m].
         stamp: when the surface was there [s].
         edge: edge of the neighbour structure's cells [m]; a quarter of the largest radius asked for is about best.
+        normals: (n, 3) outward unit normals at the points; None: nobody has said, and up is taken for out.
 
     Raises:
-        BadInput: points are not (n, 3), or a number is not finite, or a point further than 100 m along an axis.
+        BadInput: points are not (n, 3), or a number is not finite, or a point further than 100 m along an axis; normals
+            that are none, or most of which point down into the surface.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class Cloud:
         translation: ArrayLike = (0.0, 0.0, 0.0),
         stamp: float = 0.0,
         edge: float = DEFAULT_EDGE,
+        normals: ArrayLike | None = None,
     ) -> None:
         base = np.array(points, dtype=np.float64, order="C")
         if base.ndim != 2 or base.shape[1] != 3:
@@ -59,6 +62,8 @@ class Cloud:
         base.flags.writeable = False
         grid = build_grid(base, edge)
         serial = float(next(_serial_numbers))
+        self._normals = None if normals is None else _checked_normals(normals, len(base))
+        self._lowered: dict[float, tuple[Grid, Array]] = {}
         self._fill(base, grid, (*_vector(translation), serial, _spacing(base, grid)), stamp)
 
     def _fill(self, base: Array, grid: Grid, header: tuple[float, ...], stamp: float) -> None:
@@ -76,6 +81,7 @@ class Cloud:
     def moved(self, translation: ArrayLike, stamp: float) -> Self:
         """The same base points at another translation (from the base, not from here) and time; nothing is copied."""
         other = object.__new__(type(self))
+        other._normals, other._lowered = self._normals, self._lowered
         other._fill(self._base, self._grid, (*_vector(translation), *self._header[SERIAL:]), stamp)
         return other
 
@@ -83,6 +89,41 @@ class Cloud:
     def base(self) -> Array:
         """(n, 3) base points [m], read-only."""
         return self._base
+
+    @property
+    def normals(self) -> Array | None:
+        """(n, 3) outward unit normals at the base points, read-only; None where nobody has said."""
+        return self._normals
+
+    def with_normals(self, radius: float | None = None) -> Self:
+        """The same points with normals by Open3D, which all point up: what a camera above has seen is outward.
+
+        Args:
+            radius: of the neighbourhood that each is fitted to [m]; three spacings, and 3 mm at least, unless given.
+        """
+        if len(self) < 3:
+            return self
+        cloud = self.to_open3d()
+        import open3d
+
+        reach = max(3.0 * self.spacing, 3e-3) if radius is None else radius
+        cloud.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius=reach, max_nn=50))
+        found = np.asarray(cloud.normals)
+        return type(self)(self.points(), stamp=self.stamp, normals=np.where(found[:, 2:] < 0.0, -found, found))
+
+    def lowered(self, offset: float) -> tuple[Grid, Array]:
+        """Grid of the base points moved against their normals by an offset [m], and (3, n) the normals in its order.
+
+        It is built once for an offset, and shared with whoever is `moved`. Only of a cloud with normals.
+        """
+        if offset not in self._lowered:
+            normals = self._normals
+            if normals is None:
+                raise BadInput("cloud", at="normals", found="none", expected="a cloud with normals")
+            points = np.ascontiguousarray(self._base - offset * normals)
+            grid = build_grid(points, float(self._grid.frame[EDGE]))
+            self._lowered[offset] = grid, np.ascontiguousarray(normals[grid_order(points, grid)].T)
+        return self._lowered[offset]
 
     @property
     def translation(self) -> Array:
@@ -136,6 +177,20 @@ class Cloud:
             BadInput: a coordinate is not finite.
         """
         return cls(np.asarray(cloud.points), stamp=stamp)
+
+
+def _checked_normals(normals: ArrayLike, n: int) -> Array:
+    given = np.array(normals, dtype=np.float64)
+    if given.shape != (n, 3):
+        raise BadInput("cloud", at="normals", found=f"shape {given.shape}", expected=f"shape ({n}, 3)")
+    length = np.linalg.norm(given, axis=1)
+    if not np.all(np.abs(length - 1.0) < 1e-3):
+        bad = int(np.flatnonzero(~(np.abs(length - 1.0) < 1e-3))[0])
+        raise BadInput("cloud", at=f"normal {bad}", found=given[bad], expected="a unit vector")
+    if n and np.mean(given[:, 2] < 0.0) > 0.9:
+        raise BadInput("cloud", at="normals", found="normals that point down", expected="outward ones, up")
+    given.flags.writeable = False
+    return given
 
 
 def _vector(translation: ArrayLike) -> tuple[float, float, float]:

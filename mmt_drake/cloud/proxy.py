@@ -19,6 +19,8 @@ Where the appendix is followed to the letter the proxy does not hold what the ap
 - eq. 29 lacks the factor 4 on (b·c)² (see `spheres.distance_roots`).
 - A normal that turns by more than 90° while entrenched means that the cloud has passed the proxy's centre: the side
   where the proxy was is kept. Where the points around it cancel each other, the last normal holds.
+- A sphere of radius r2 notices a surface from r2 away, so the cloud is lowered: against the normals of its points where
+  it has them. Lowered along z, a slope would be noticed before it is there, and a steep one after.
 - A cloud that moved rigidly since the last tick by a known translation sweeps the proxy along, however far it moved,
   so a cloud that arrives at 30 Hz cannot jump over it. The part of the motion along the surface leaves it alone.
 """
@@ -31,13 +33,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.cloud.cloud import SERIAL, SPACING, Cloud
+from mmt_drake.cloud.cloud import SERIAL, Cloud
 from mmt_drake.cloud.grid import COUNT, EDGE, Grid, count_within
 from mmt_drake.cloud.spheres import neighbourhood, way_ahead, way_out
-from mmt_drake.cloud.vectors import UP, ZERO, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.numeric.vectors import UP, ZERO, Vector, dot, get, length, minus, plus, put, times
 from mmt_drake.quantities import Checked, Length, Quantity, Time
 
 FREE, IN_CONTACT, ENTRENCHED = 0.0, 1.0, 2.0
@@ -72,8 +74,8 @@ class ProxySettings(Checked):
             zeta r1 / period at most, and leaves it, once the hand is away,
             within ceil((r2 - r1) / (zeta r1)) ticks (thesis eq. 23).
         period: time between two ticks [s].
-        surface_offset: how far the cloud is taken to lie below where it is, along -z [m]; None for
-            `contact_offset(r2, spacing)` with the spacing of each cloud that comes in.
+        surface_offset: how far the cloud is taken to lie below where it is, against the normals of its points, or
+            along -z where it has none [m]; None for `contact_offset(r2, spacing)` with the spacing of each cloud.
 
     Raises:
         BadInput: 0 < r1 < r2 < r3, 0 < gamma < 1, 0 < zeta < 1 or period > 0 does not hold, or a number is not finite.
@@ -169,7 +171,12 @@ def step_proxy(memory: Array, hand: Array, cloud: Cloud | None, settings: Array)
         cloud = NO_CLOUD
     elif not isinstance(cloud, Cloud):
         raise BadInput("proxy", at="point_cloud", found=type(cloud).__name__, expected="an mmt_drake.cloud.Cloud")
-    if not _tick(memory, hand, *cloud.kernel_arrays, settings):
+    points, starts, frame, header = cloud.kernel_arrays
+    offset = settings[6] if settings[6] == settings[6] else contact_offset(float(settings[1]), cloud.spacing)
+    lowered = cloud.normals is not None and len(cloud) > 0
+    if lowered:
+        points, starts, frame = cloud.lowered(float(offset))[0]
+    if not _tick(memory, hand, points, starts, frame, header, settings, float(offset), lowered):
         raise BadInput("proxy", at="position", found=hand, expected="finite numbers [m]")
 
 
@@ -191,9 +198,21 @@ def pressed(memory: Array, hand: Array) -> bool:
 
 @njit(cache=True)
 def _tick(
-    memory: Array, hand: Array, points: Array, starts: NDArray[np.int32], frame: Array, header: Array, settings: Array
+    memory: Array,
+    hand: Array,
+    points: Array,
+    starts: NDArray[np.int32],
+    frame: Array,
+    header: Array,
+    settings: Array,
+    offset: float,
+    lowered: bool,
 ) -> bool:
-    """See `step_proxy`; `points` to `header` are `Cloud.kernel_arrays`. False if the hand's position is not finite."""
+    """See `step_proxy`; `points` to `header` are `Cloud.kernel_arrays`, or of the cloud `lowered` by the offset.
+
+    Returns:
+        False if the hand's position is not finite.
+    """
     goal = get(hand, 0)
     if not math.isfinite(goal[0] + goal[1] + goal[2]):
         return False
@@ -204,13 +223,11 @@ def _tick(
         return True
     grid = Grid(points, starts, frame)
     r1, r2, r3, gamma, zeta = settings[0], settings[1], settings[2], settings[3], settings[4]
-    period, offset = settings[5], settings[6]
-    if math.isnan(offset):
-        offset = _mean_touch(r2, header[SPACING])
-    shift = minus(get(header, 0), times(offset, UP))  # takes grid coordinates to the table frame
+    period, down = settings[5], 0.0 if lowered else offset
+    shift = minus(get(header, 0), times(down, UP))  # takes grid coordinates to the table frame
     middle = 0.5 * (r1 + r2)
 
-    at = _start_of_step(memory, grid, goal, header, offset, r1, r3, period)
+    at = _start_of_step(memory, grid, goal, header, down, r1, r3, period)
     nearest, normal, mean = _look(memory, grid, minus(at, shift), r1, r3)
     state = ENTRENCHED if nearest < r1 else (IN_CONTACT if nearest < r2 else FREE)
     step = ZERO
@@ -239,7 +256,7 @@ def _tick(
     put(memory, STEP, step)
     if touching:
         # Down along the normal to the plane through the mean of the points, where they truly are.
-        height = dot(normal, minus(minus(at, get(header, 0)), mean))
+        height = dot(normal, minus(minus(at, get(header, 0)), mean)) - (offset - down)
         at = minus(at, times(height, normal))
     put(memory, SURFACE, at)
     return True

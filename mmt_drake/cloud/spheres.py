@@ -8,8 +8,8 @@ import math
 from numba import njit
 
 from mmt_drake.cloud.grid import COUNT, EDGE, Grid, cells_across, row
-from mmt_drake.cloud.vectors import Vector, dot, length, minus, plus, times
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.vectors import Vector, dot, length, minus, plus, times
 
 
 @njit(cache=True)

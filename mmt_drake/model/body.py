@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.forces import BodyMotion, Forces, Surroundings, force_on_probe, forces
+from mmt_drake.model.forces import BodyMotion, Forces, Spring, Surroundings, force_on_probe, forces
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of
 from mmt_drake.model.memory import after_step, between, moved, read_memory, write_memory
@@ -270,10 +270,19 @@ def advance_memory(state: Array, at: int, h: float, path: Cubic, around: Surroun
 
 @njit(error_model="numpy", forceinline=True)
 def advance_body(
-    state: Array, at: int, s: float, s_end: float, path: Cubic, height: Cubic, contact: bool, start: float, p: Constants
+    state: Array,
+    at: int,
+    s: float,
+    s_end: float,
+    path: Cubic,
+    height: Cubic,
+    contact: bool,
+    start: float,
+    spring: Spring,
+    p: Constants,
 ) -> None:
-    """`advance_axis` for the body that begins at `at` in the state; `path` to `start` as in `Surroundings`."""
-    around = Surroundings(path, height, state[at + ANCHOR], contact, start)
+    """`advance_axis` for the body that begins at `at` in the state; `path` to `spring` as in `Surroundings`."""
+    around = Surroundings(path, height, state[at + ANCHOR], contact, start, spring)
     write_motion(state, at, advance_axis(read_motion(state, at), s, s_end, around, p))
 
 

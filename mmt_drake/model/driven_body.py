@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY, advance_body, read_motion, write_motion
-from mmt_drake.model.forces import Surroundings, constants
+from mmt_drake.model.forces import Surroundings, constants, level_spring
 from mmt_drake.model.hermite import Cubic
 from mmt_drake.model.massless import follow
 from mmt_drake.model.over import take_course
@@ -88,9 +88,9 @@ def advance(state: Array, t: float, u: float, load: float, p: Array) -> None:
         normal = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
         start = state[TIME] - state[BEGAN]
         if c.m > 0.0:
-            advance_body(state, BODY, 0.0, h, line, normal, True, start, c)
+            advance_body(state, BODY, 0.0, h, line, normal, True, start, level_spring(c), c)
         else:
-            around = Surroundings(line, normal, 0.0, True, start)
+            around = Surroundings(line, normal, 0.0, True, start, level_spring(c))
             write_motion(state, BODY, follow(read_motion(state, BODY), 0.0, h, around, c))
     state[TIME] = t
     state[INPUT] = u

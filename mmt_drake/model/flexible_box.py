@@ -9,10 +9,14 @@ One tangential axis (figure 3 of the thesis; x and y are alike, and independent 
 The normal axis is the Kelvin-Voigt contact of eq. 8, F_z = -k z - b v_z for z < 0, and free space
 is eq. 9, F = 0. With laws along it, it is that of `mmt_drake.model.normal_axis`.
 
+This is a level surface; on any other `mmt_drake.model.on_surface` moves the object, of the same state.
+
 Touch and release are located within a step, so a result depends on the sampling of the motion only through its
 interpolation. How a body with friction is integrated stands in `mmt_drake.model.body`, with friction that is a vector
 in `mmt_drake.model.plane`.
 """
+
+import math
 
 import numpy as np
 from numba import njit
@@ -29,14 +33,16 @@ from mmt_drake.model.body import (
     sense,
     touch,
 )
-from mmt_drake.model.forces import Surroundings, constants, normal_force
+from mmt_drake.model.forces import Spring, Surroundings, constants, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
+from mmt_drake.model.local_contact import Facet, Touch, force_of, height_above, is_level, touching
 from mmt_drake.model.normal_axis import press, pressed, touch_normal
 from mmt_drake.model.parameters import K1, K2, NORMAL_AXIS, NORMAL_K, Constants, M
 from mmt_drake.model.plane_call import advance_both
 from mmt_drake.model.turned import TURN_SIZE, in_force_frame
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.numeric.vectors import Vector, get, minus
 
 # Layout of the state vector.
 _next = Layout()
@@ -44,6 +50,8 @@ TIME = _next()  # [s] of the latest sample
 PROBE = _next(6)  # position [m] and velocity [m/s] at that sample
 CONTACT = _next()  # 0 or 1
 BEGAN = _next()  # [s], time of the first sample
+ANCHOR_Z = _next()  # height of the tip where the contact spring is unstretched [m]; 0 on a level surface
+FACET = _next(6)  # under the tip at that sample: n, c, world, mu of `local_contact.Facet`
 BODY = _next(2 * AXIS_SIZE)  # two axes of `mmt_drake.model.body`
 NORMAL = _next(AXIS_SIZE)  # the third, if there is more than a spring and a damper along it
 STATE_SIZE = _next.size
@@ -53,8 +61,8 @@ CONTACT_BY_GEOMETRY = -1.0
 
 
 @njit(error_model="numpy")
-def _crossing(height: Cubic, h: float) -> float:
-    """Time after the sample at which the probe's height changes sign within h [s]."""
+def crossing(height: Cubic, h: float) -> float:
+    """Time after the sample at which the probe's height above the surface changes sign within h [s]."""
     above = height.x0 >= 0.0
     low, high = 0.0, h
     for _ in range(BISECTIONS):
@@ -79,6 +87,7 @@ def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> No
     """
     state[:] = 0.0
     state[TIME] = state[BEGAN] = t
+    state[FACET + 2], state[FACET + 4], state[FACET + 5] = 1.0, 1.0, math.inf
     touching = motion[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
     state[CONTACT] = 1.0 if touching else 0.0
     for i in range(6):
@@ -110,9 +119,9 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     if h > 0.0:
         height = cubic(z0, state[PROBE + 5], motion[2], motion[5], h)
     if before != after and h > 0.0 and (z0 < 0.0) == before and (motion[2] < 0.0) == after:
-        s_switch = _crossing(height, h)
+        s_switch = crossing(height, h)
     start, c = state[TIME] - state[BEGAN], constants(p)
-    along, across = _path(state, motion, 0, h), _path(state, motion, 1, h)
+    along, across = path_of_probe(state, motion, 0, h), path_of_probe(state, motion, 1, h)
     n, load = _normal_constants(p, c), height
     if h > 0.0:
         if c.normal_axis != 0.0 and before:
@@ -135,8 +144,8 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
 
 
 @njit(error_model="numpy", forceinline=True)
-def _path(state: Array, motion: Array, i: int, h: float) -> Cubic:
-    """Of the probe along x (0) or y (1) from the latest sample to the next, h [s] later."""
+def path_of_probe(state: Array, motion: Array, i: int, h: float) -> Cubic:
+    """Of the probe along x (0), y (1) or z (2) from the latest sample to the next, h [s] later."""
     if h > 0.0:
         return cubic(state[PROBE + i], state[PROBE + 3 + i], motion[i], motion[3 + i], h)
     return Cubic(motion[i], motion[3 + i], 0.0, 0.0)
@@ -159,19 +168,41 @@ def advance_object(
 ) -> None:
     """Advance both axes, which begin at `at` in the state, from s to s_end [s] after the latest sample.
 
-    The kernel vector p stands at an address, too, and is of a size.
+    The kernel vector p stands at an address, too, and is of a size. The surface is level.
 
     Raises:
         RuntimeError: as `mmt_drake.model.body.advance_axis` and `mmt_drake.model.plane.advance_axes`.
     """
+    level = level_spring(p)
+    advance_sprung(state, at, s, s_end, along, across, height, contact, start, level, level, p, vector, size)
+
+
+@njit(error_model="numpy", forceinline=True)
+def advance_sprung(
+    state: Array,
+    at: int,
+    s: float,
+    s_end: float,
+    along: Cubic,
+    across: Cubic,
+    height: Cubic,
+    contact: bool,
+    start: float,
+    first: Spring,
+    second: Spring,
+    p: Constants,
+    vector: int,
+    size: int,
+) -> None:
+    """`advance_object` on any surface: the springs are the contact's along both axes."""
     if p.planar != 0.0 and not p.smooth:
-        body = state[at:].ctypes.data
-        held = 1.0 if contact else 0.0
-        if advance_both(int(p.planar), body, s, s_end, along, across, height, held, start, vector, size) != 0.0:
+        springs = (first.k, first.b, first.push, second.k, second.b, second.push)
+        body, held, call = state[at:].ctypes.data, 1.0 if contact else 0.0, int(p.planar)
+        if advance_both(call, body, s, s_end, along, across, height, held, start, *springs, vector, size) != 0.0:
             raise RuntimeError("two samples more than ten million integration steps apart, or laws that decay too fast")
     else:
-        advance_body(state, at, s, s_end, along, height, contact, start, p)
-        advance_body(state, at + AXIS_SIZE, s, s_end, across, height, contact, start, p)
+        advance_body(state, at, s, s_end, along, height, contact, start, first, p)
+        advance_body(state, at + AXIS_SIZE, s, s_end, across, height, contact, start, second, p)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -201,7 +232,8 @@ def _tangential_force(state: Array, i: int, height: Cubic, t: float, c: Constant
     """Along x (0) or y (1), in contact."""
     body = BODY + AXIS_SIZE * i
     probe = Cubic(state[PROBE + i], state[PROBE + 3 + i], 0.0, 0.0)
-    return contact_force(state, body, Surroundings(probe, height, state[body + ANCHOR], True, t), 0.0, c)
+    around = Surroundings(probe, height, state[body + ANCHOR], True, t, level_spring(c))
+    return contact_force(state, body, around, 0.0, c)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -220,15 +252,57 @@ def _read_sensor(state: Array, h: float, p: Array) -> None:
         state[NORMAL + READING] = z
 
 
+@njit(error_model="numpy", forceinline=True)
+def facet_of(state: Array) -> Facet:
+    """The plane under the tip at the latest sample."""
+    return Facet(get(state, FACET), state[FACET + 3], state[FACET + 4], state[FACET + 5])
+
+
+@njit(error_model="numpy", forceinline=True)
+def body_of(state: Array) -> tuple[Vector, Vector]:
+    """Where the body is, and its velocity [m], [m/s]; their third numbers are 0."""
+    x, y = BODY, BODY + AXIS_SIZE
+    return (state[x + POSITION], state[y + POSITION], 0.0), (state[x + VELOCITY], state[y + VELOCITY], 0.0)
+
+
+@njit(error_model="numpy", forceinline=True)
+def deflection_of(state: Array) -> Vector:
+    """Of the contact spring at the latest sample [m]."""
+    anchor = (state[BODY + ANCHOR], state[BODY + AXIS_SIZE + ANCHOR], state[ANCHOR_Z])
+    return minus(minus(get(state, PROBE), body_of(state)[0]), anchor)
+
+
+@njit(error_model="numpy", forceinline=True)
+def tip_of(state: Array) -> Vector:
+    """The tip at the latest sample, from the body where that carries the surface [m]."""
+    return get(state, PROBE) if state[FACET + 4] != 0.0 else minus(get(state, PROBE), body_of(state)[0])
+
+
+@njit(error_model="numpy")
+def touch_of(state: Array, c: Constants) -> Touch:
+    """The contact at the latest sample, on any surface."""
+    rate, velocity = get(state, PROBE + 3), body_of(state)[1]
+    return touching(facet_of(state), tip_of(state), rate, deflection_of(state), velocity, c)
+
+
 @njit(cache=True, error_model="numpy")
 def force_on_probe(state: Array, p: Array, force: Array) -> None:
     """Write the (3,) force that the object exerts on the probe at the latest sample [N]."""
-    force[0], force[1], force[2] = _forces(state, p, constants(p))
+    c = constants(p)
+    if is_level(facet_of(state)):
+        force[0], force[1], force[2] = _forces(state, p, c)
+    elif state[CONTACT] != 0.0:
+        force[0], force[1], force[2] = force_of(touch_of(state, c), get(state, FACET))
+    else:
+        force[0] = force[1] = force[2] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
-def reading(state: Array, force: Array) -> None:
+def reading(state: Array, p: Array, force: Array) -> None:
     """Write the (3,) force that the sensor reads at the latest sample [N]; without sensor effects the true one."""
+    if not is_level(facet_of(state)):  # where no sensor has effects
+        force_on_probe(state, p, force)
+        return
     for i in range(2):
         force[i] = state[BODY + AXIS_SIZE * i + READING]
     force[2] = state[NORMAL + READING]
@@ -238,9 +312,8 @@ def reading(state: Array, force: Array) -> None:
 def stored_energy(state: Array, p: Array) -> float:
     """Energy [J] that an object whose kernel vector is p holds in store.
 
-    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 for each and k z²/2 along the normal. Laws
-    of effects are not counted. As long as no stiffness, damper or mass is negative and none changes, a hand cannot get
-    more out of the object than this.
+    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 and k z²/2 along the normal, without laws
+    of effects. As long as no stiffness, damper or mass is negative and none changes, a hand gets no more out than this.
     """
     energy = 0.0
     contact = state[CONTACT] != 0.0
@@ -251,9 +324,12 @@ def stored_energy(state: Array, p: Array) -> float:
         if contact:
             d = state[PROBE + i] - x - state[body + ANCHOR]
             energy += 0.5 * p[K2] * d * d
-    if contact:
+    if contact and is_level(facet_of(state)):
         k = p[int(p[NORMAL_AXIS]) + TURN_SIZE + K1] if p[NORMAL_AXIS] != 0.0 else p[NORMAL_K]
         energy += 0.5 * k * state[PROBE + 2] ** 2
+    elif contact:
+        above = height_above(facet_of(state), tip_of(state))
+        energy += 0.5 * (p[K2] * deflection_of(state)[2] ** 2 + p[NORMAL_K] * above**2)
     return energy
 
 
@@ -295,7 +371,7 @@ def replay_part(
             begin(state, time[k], motion, contact[k], p)
         else:
             advance(state, time[k], motion, contact[k], p)
-        reading(state, felt)
+        reading(state, p, felt)
         for i in range(3):
             force[k, i] = felt[i]
         for i in range(2):

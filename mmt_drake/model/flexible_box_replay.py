@@ -18,7 +18,7 @@ from mmt_drake.model.body import (
     touch,
 )
 from mmt_drake.model.flexible_box import advance_object
-from mmt_drake.model.forces import Surroundings, constants, normal_force
+from mmt_drake.model.forces import Surroundings, constants, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.parameters import Constants
 from mmt_drake.model.turned import in_force_frame
@@ -34,7 +34,7 @@ def _path(probe: Array, rate: Array, i: int, k: int, h: float) -> Cubic:
 @njit(error_model="numpy", forceinline=True)
 def _felt(state: Array, at: int, probe: float, rate: float, over: Cubic, t: float, c: Constants) -> float:
     """Force on the probe along the axis that begins at `at` in the state, in contact [N]."""
-    around = Surroundings(Cubic(probe, rate, 0.0, 0.0), over, state[at + ANCHOR], True, t)
+    around = Surroundings(Cubic(probe, rate, 0.0, 0.0), over, state[at + ANCHOR], True, t, level_spring(c))
     return contact_force(state, at, around, 0.0, c)
 
 
@@ -73,7 +73,7 @@ def _over(axes: int) -> Callable[..., None]:
                 while change < len(changes) and changes[change] <= time[k]:
                     s_change = changes[change] - time[k - 1]
                     if axes == 1:
-                        advance_body(state, 0, s, s_change, along, above, contact, start, c)
+                        advance_body(state, 0, s, s_change, along, above, contact, start, level_spring(c), c)
                     else:
                         advance_object(state, 0, s, s_change, along, across, above, contact, start, c, vector, size)
                     contact = not contact
@@ -84,7 +84,7 @@ def _over(axes: int) -> Callable[..., None]:
                     s = s_change
                     change += 1
                 if axes == 1:
-                    advance_body(state, 0, s, h, along, above, contact, start, c)
+                    advance_body(state, 0, s, h, along, above, contact, start, level_spring(c), c)
                 else:
                     advance_object(state, 0, s, h, along, across, above, contact, start, c, vector, size)
             normal = normal_force(height[k], height_rate[k], c) if contact else 0.0

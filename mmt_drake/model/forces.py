@@ -28,6 +28,19 @@ NOTHING = (0.0, 0.0, 0.0, 0.0)
 """An empty memory."""
 
 
+class Spring(NamedTuple):
+    """The contact spring as it acts on one axis of a body.
+
+    Attributes:
+        k, b: force on it per deflection along the axis [N/m], and per rate [N s/m]: on a level surface k2 and b2.
+        push: what else the contact pushes it by [N]: of a slope, and of what happens across the axis.
+    """
+
+    k: float
+    b: float
+    push: Cubic
+
+
 class Surroundings(NamedTuple):
     """The surroundings of a body between two samples, as they act on it.
 
@@ -37,6 +50,7 @@ class Surroundings(NamedTuple):
         anchor: probe less body where the contact spring is unstretched [m].
         contact: whether the probe holds the contact spring.
         start: time of the first of the two samples since the first of all [s].
+        spring: the contact's; of a body that an input moves nobody reads it.
     """
 
     probe: Cubic
@@ -44,6 +58,7 @@ class Surroundings(NamedTuple):
     anchor: float
     contact: bool
     start: float
+    spring: Spring
 
 
 class BodyMotion(NamedTuple):
@@ -119,9 +134,15 @@ def through_gap(d: float, d_rate: float, p: Constants) -> tuple[float, float]:
 
 
 @njit(error_model="numpy", forceinline=True)
-def contact_push(d: float, d_rate: float, p: Constants) -> float:
-    """Force of the contact spring and damper on the body [N]; the probe feels its negative."""
-    return p.k2 * d + p.b2 * d_rate
+def level_spring(p: Constants) -> Spring:
+    """The contact spring on a level surface, where its axes and those of the normal have nothing in common."""
+    return Spring(p.k2, p.b2, Cubic(0.0, 0.0, 0.0, 0.0))
+
+
+@njit(error_model="numpy", forceinline=True)
+def contact_push(d: float, d_rate: float, s: float, spring: Spring) -> float:
+    """Force of the contact on the body [N]; on a level surface the probe feels its negative."""
+    return spring.k * d + spring.b * d_rate + position_at(spring.push, s)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -158,7 +179,7 @@ def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> Fo
     else:
         drive -= p.k1 * body.x
         if around.contact:
-            drive += contact_push(d, d_rate, p)
+            drive += contact_push(d, d_rate, s, around.spring)
         if p.loaded != 0.0:
             drive += p.loaded * position_at(around.height, s)
     if p.laws == 0:
@@ -207,7 +228,7 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
 def force_on_probe(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
     """Of the contact spring and damper and what laws put beside them, in contact [N]."""
     d, d_rate = deflection(body.x, body.v, s, around, p)
-    push = contact_push(d, d_rate, p)
+    push = contact_push(d, d_rate, s, around.spring)
     if p.laws != 0:
         push += _law_push(_at(body, d, d_rate, s, around, p), body.q, p)
     return -push

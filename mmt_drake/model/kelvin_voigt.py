@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, READING, VELOCITY, advance_memory, read_motion, sense
-from mmt_drake.model.forces import BodyMotion, Surroundings, constants, deflection, forces
+from mmt_drake.model.forces import BodyMotion, Surroundings, constants, deflection, forces, level_spring
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.over import take_course
 from mmt_drake.model.parameters import COURSE, Constants, kernel_vector
@@ -81,7 +81,8 @@ STATE_SIZE = _next.size
 @njit(error_model="numpy", forceinline=True)
 def spring_force(probe: BodyMotion, load: float, t: float, c: Constants) -> float:
     """Force on the probe [N] where it is, under a normal load [N], t [s] after the first sample."""
-    around = Surroundings(Cubic(0.0, 0.0, 0.0, 0.0), Cubic(load, 0.0, 0.0, 0.0), c.rest, True, t)
+    nothing, over = Cubic(0.0, 0.0, 0.0, 0.0), Cubic(load, 0.0, 0.0, 0.0)
+    around = Surroundings(nothing, over, c.rest, True, t, level_spring(c))
     acting = forces(probe, 0.0, around, c)
     _, d_rate = deflection(probe.x, probe.v, 0.0, around, c)
     return acting.drive - c.b2 * d_rate - probe.mode * acting.sliding
@@ -138,7 +139,7 @@ def advance(state: Array, t: float, position: float, velocity: float, load: floa
         path = cubic(state[BODY + POSITION], state[BODY + VELOCITY], position, velocity, h)
         line = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
         nothing = Cubic(0.0, 0.0, 0.0, 0.0)
-        around = Surroundings(nothing, line, c.rest, True, state[TIME] - state[BEGAN])
+        around = Surroundings(nothing, line, c.rest, True, state[TIME] - state[BEGAN], level_spring(c))
         advance_memory(state, BODY, h, path, around, c)
     _take(state, t, position, velocity, load, h, c)
 

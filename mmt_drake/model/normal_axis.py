@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MEMORY, READING, remember, sense, touch
-from mmt_drake.model.forces import BodyMotion, Surroundings, constants
+from mmt_drake.model.forces import BodyMotion, Surroundings, constants, level_spring
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.kelvin_voigt import spring_force
 from mmt_drake.model.memory import read_memory, write_memory
@@ -48,7 +48,8 @@ def press(state: Array, at: int, height: Cubic, s: float, s_end: float, start: f
     if not s < s_end:
         return Cubic(first, 0.0, 0.0, 0.0)
     if c.remembers:
-        around = Surroundings(Cubic(0.0, 0.0, 0.0, 0.0), Cubic(0.0, 0.0, 0.0, 0.0), c.rest, True, start)
+        nothing = Cubic(0.0, 0.0, 0.0, 0.0)
+        around = Surroundings(nothing, nothing, c.rest, True, start, level_spring(c))
         q = read_memory(state, at + MEMORY)
         write_memory(state, at + MEMORY, remember(q, s, s_end, height, around, c))
     slope = (pressed(state, at, height, s_end, start + s_end, c) - first) / (s_end - s)

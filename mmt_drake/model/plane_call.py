@@ -12,7 +12,7 @@ from numba.extending import intrinsic
 from numba.np.numpy_support import carray
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, read_motion, write_motion
-from mmt_drake.model.forces import Surroundings, constants
+from mmt_drake.model.forces import Spring, Surroundings, constants
 from mmt_drake.model.hermite import Cubic
 from mmt_drake.model.parameters import InPlane
 from mmt_drake.model.plane import advance_axes
@@ -21,7 +21,9 @@ _kinds: Any = types
 _POINTER = _kinds.CPointer(types.float64)
 _CUBIC = _kinds.NamedUniTuple(types.float64, 4, Cubic)
 _NUMBER = types.float64
-_SIGNATURE = _NUMBER(*(_POINTER, _NUMBER, _NUMBER, _CUBIC, _CUBIC, _CUBIC, _NUMBER, _NUMBER, _POINTER, types.int64))
+_SPRINGS = (_NUMBER, _NUMBER, _CUBIC, _NUMBER, _NUMBER, _CUBIC)
+_MOTION = (_POINTER, _NUMBER, _NUMBER, _CUBIC, _CUBIC, _CUBIC, _NUMBER, _NUMBER)
+_SIGNATURE = _NUMBER(*(*_MOTION, *_SPRINGS, _POINTER, types.int64))
 
 
 def _advanced(
@@ -33,13 +35,20 @@ def _advanced(
     height: Cubic,
     contact: float,
     start: float,
+    k_along: float,
+    b_along: float,
+    push_along: Cubic,
+    k_across: float,
+    b_across: float,
+    push_across: Cubic,
     vector: Any,
     size: int,
 ) -> float:
     """Whether it failed: no error leaves what is called by its address."""
     both, p = carray(state, 2 * AXIS_SIZE), constants(carray(vector, size))
-    around = Surroundings(along, height, both[ANCHOR], contact != 0.0, start)
-    beside = Surroundings(across, height, both[AXIS_SIZE + ANCHOR], contact != 0.0, start)
+    first, second = Spring(k_along, b_along, push_along), Spring(k_across, b_across, push_across)
+    around = Surroundings(along, height, both[ANCHOR], contact != 0.0, start, first)
+    beside = Surroundings(across, height, both[AXIS_SIZE + ANCHOR], contact != 0.0, start, second)
     try:
         x, y = advance_axes(read_motion(both, 0), read_motion(both, AXIS_SIZE), s, s_end, around, beside, p)
     except Exception:  # compiled code knows no other
@@ -73,6 +82,12 @@ def _typed_call(
     height: Any,
     contact: Any,
     start: Any,
+    k_along: Any,
+    b_along: Any,
+    push_along: Any,
+    k_across: Any,
+    b_across: Any,
+    push_across: Any,
     vector: Any,
     size: Any,
 ) -> Any:
@@ -101,6 +116,7 @@ Args:
     along, across, height: of the probe.
     contact: 1.0 where it holds the contact spring, else 0.0.
     start: time of the first of the two samples since the first of all [s].
+    k_along, b_along, push_along, k_across, b_across, push_across: of the springs of both axes (`forces.Spring`).
     vector, size: address and length of the kernel vector.
 
 Returns:

@@ -6,11 +6,14 @@ from numba import njit
 
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import watch
+from mmt_drake.model.local_contact import UP, Facet
+from mmt_drake.model.on_surface import advance_on, begin_on, put_facet
 from mmt_drake.model.parameters import KERNEL_SIZE
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.theta import TOO_STIFF as STIFF_THETA
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.numeric.vectors import dot, get
 from mmt_drake.rendering import updates
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
 from mmt_drake.rendering.held_body import bring, distance
@@ -119,6 +122,40 @@ def render(
     held: Array,
     out: Array,
 ) -> None:
+    """`render_on` a level surface."""
+    level = Facet(UP, 0.0, 1.0, math.inf)
+    _render(memory, t, motion, hand, theta, stable, in_contact, rule, placed, held, level, out)
+
+
+@njit(error_model="numpy")
+def _facet_now(state: Array, told: Array, world: float, mu: float) -> Facet:
+    """The plane under the hand, as the object takes it whose state at the last tick is given; the rest as told."""
+    size = told[0] * told[0] + told[1] * told[1] + told[2] * told[2]
+    if not (all_finite(told) and abs(size - 1.0) < 1e-3):
+        if state[box.FACET + 5] == 0.0:  # nothing has begun
+            return Facet(UP, 0.0, world, mu)
+        return Facet(get(state, box.FACET), state[box.FACET + 3], world, mu)
+    n = get(told, 0)
+    return Facet(n, told[3] - (0.0 if world != 0.0 else dot(n, box.body_of(state)[0])), world, mu)
+
+
+@njit(cache=True)
+def render_on(
+    memory: Array,
+    t: float,
+    motion: Array,
+    hand: Array,
+    theta: Array,
+    stable: float,
+    in_contact: float,
+    rule: Array,
+    placed: bool,
+    held: Array,
+    told: Array,
+    world: float,
+    mu: float,
+    out: Array,
+) -> None:
     """Bring the memory to time t with the operator at `motion`; write what is put out and the new memory to `out`.
 
     With a motion or a contact that is not finite the object stays where it is, and the force is let go (`finite`).
@@ -135,8 +172,31 @@ def render(
         rule: how it is taken up, of `renderer_rule`.
         placed: the probe stands still where it is put, throughout the step; its velocity in `motion` has to be zero.
         held: (6,) where friction holds the body (`mmt_drake.model.held_body`); stamped by the operator's clock.
+        told: (4,) the plane under the probe: n, and n . x of its points [m], table frame; zeros, or what is not finite:
+            it is the last one.
+        world: 1 where the surface stays, 0 where the body carries it.
+        mu: friction of the probe on it; infinite: it never slips.
         out: (sum(READOUT_SIZES),).
     """
+    facet = _facet_now(memory[_STATE], told, world, mu)
+    _render(memory, t, motion, hand, theta, stable, in_contact, rule, placed, held, facet, out)
+
+
+@njit(cache=True)
+def _render(
+    memory: Array,
+    t: float,
+    motion: Array,
+    hand: Array,
+    theta: Array,
+    stable: float,
+    in_contact: float,
+    rule: Array,
+    placed: bool,
+    held: Array,
+    facet: Facet,
+    out: Array,
+) -> None:
     now = out[_MEMORY:]
     assign(now, memory)
     state, p, target = now[_STATE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
@@ -158,14 +218,16 @@ def render(
         before = box.stored_energy(state, p)
         if placed:
             assign(state[box.PROBE : box.PROBE + 6], motion)
-        box.advance(state, t, motion, in_contact, p)
+        if state[box.CONTACT] == 0.0:  # a plane of free space is none that the probe came along
+            put_facet(state, facet)
+        advance_on(state, t, motion, in_contact, facet, p)
         watch(memory, now, since)
         if by_energy:
             now[_RESERVE] = updates.account(state, p, before, now[_RESERVE], rule)
     elif status == RENDERING:
         now[_KNOWN] = 1.0
         updates.without_contact(target, p)
-        box.begin(state, t, motion, in_contact, p)
+        begin_on(state, t, motion, in_contact, facet, p)
         since[:] = t
     else:
         out[:_MEMORY] = 0.0

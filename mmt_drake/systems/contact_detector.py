@@ -4,13 +4,15 @@ import numpy as np
 
 from mmt_drake.cloud.clearance import NO_SURFACE, clearance
 from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.facet import FACET_SIZE, compile_touching_plane, touching_plane
 from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, TOUCHING, ProxySettings, step_proxy
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
 
-PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1}
+PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "clearance": 1, "facet": FACET_SIZE}
 _MEMORY = sum(PORT_SIZES.values())
-_CLEARANCE = _MEMORY - 1
+_FACET = _MEMORY - FACET_SIZE
+_CLEARANCE = _FACET - 1
 _SHOWN = np.array([TOUCHING, POSITION, POSITION + 1, POSITION + 2, STATE])  # what of the memory the ports show
 
 
@@ -18,8 +20,10 @@ class ContactDetector(KernelSystem):
     """Says from a point cloud of the surface whether the probe touches it (thesis appendices C and D.3).
 
     A proxy follows the probe and is held up by the cloud; the probe is in contact if, after the proxy's step, points
-    are within r2 of the proxy. The spheres would notice the surface from r2 away, so the cloud is taken to lie
-    `surface_offset` lower, along -z of the table frame: contact begins and ends where the probe's tip passes z = 0,
+    are within r2 of the proxy; of a cloud with normals also only where the probe is below the plane that touches the
+    surface there, for a proxy that has slid over an edge stays near it for long. The spheres would notice the surface
+    from r2 away, so the cloud is taken to lie `surface_offset` lower, against the normals of its points: contact begins
+    and ends where the tip passes the surface,
     to the unevenness of a sampled surface (spacing²/(4 r2) from highest to lowest on a square lattice, 0.15 mm for
     30 000 points on 0.3 x 0.3 m). The default offset follows from each cloud's own spacing; for a noisy cloud pass
     `contact_offset(r2, spacing, noise)`. On a flat surface a slow probe is so detected at z = 0; the probe has gone
@@ -36,6 +40,7 @@ class ContactDetector(KernelSystem):
         - proxy
         - proxy_state
         - clearance
+        - facet
         - readout
 
     - ``position`` (3): probe tip [m], table frame.
@@ -48,7 +53,9 @@ class ContactDetector(KernelSystem):
       ``in_contact``, which is about the proxy after that step, by a tick.
     - ``clearance`` (1): height of the tip above the cloud's points within r3 across z, else above the whole cloud [m];
       -inf without a cloud. No proxy has a part in it: one that came through the surface is free, and this is below 0.
-    - ``readout`` (26): the four above in that order, then the proxy's memory.
+    - ``facet`` (4): the plane that touches the surface under the hand: outward unit normal n, and n · x of its points x
+      [m], table frame; zeros while the proxy touches nothing.
+    - ``readout`` (30): the five above in that order, then the proxy's memory.
 
     The outputs are states, updated once in every period: one period younger than the inputs.
 
@@ -69,9 +76,15 @@ class ContactDetector(KernelSystem):
         self.declare_state_readout(PORT_SIZES, initial, self.settings.period)
         self.compile_kernels()
         clearance(Cloud(np.zeros((1, 3))), np.zeros(3), self.settings.r3)
+        compile_touching_plane(self._packed)
 
     def _step(self, t: float, readout: Array, position: Array, cloud: Cloud | None) -> None:
         memory = readout[_MEMORY:]
         step_proxy(memory, position, cloud, self._packed)
         readout[:_CLEARANCE] = memory[_SHOWN]
         readout[_CLEARANCE] = clearance(cloud, position, self.settings.r3)
+        facet = readout[_FACET:_MEMORY]
+        touching_plane(memory, position, cloud, self.settings.r3, facet)
+        if memory[TOUCHING] and cloud is not None and cloud.normals is not None:
+            uneven = cloud.spacing**2 / (4.0 * self.settings.r2)
+            readout[0] = facet[:3] @ position[:3] < facet[3] + uneven

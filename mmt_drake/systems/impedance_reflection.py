@@ -1,14 +1,15 @@
 """The force renderer: the operator's own copy of the object, integrated without waiting for the network."""
 
+import math
 from typing import Literal, get_args
 
 import numpy as np
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import InPlane
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
+from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render, render_on
 from mmt_drake.rendering.updates import Policy, renderer_rules
 from mmt_drake.systems.kernel_system import KernelSystem
 
@@ -41,6 +42,7 @@ class ImpedanceRenderer(KernelSystem):
         - held_body
         - hand
         - model_status
+        - facet
         output_ports:
         - force
         - status
@@ -60,6 +62,9 @@ class ImpedanceRenderer(KernelSystem):
       before `motion`; energy is counted there. May stay unconnected.
     - `model_status` (1): 0 where the estimator is sure of theta (`OutputErrorEstimator`); anything else makes
       `EnergyPermitting` take it up more slowly. May stay unconnected, and then it is sure.
+    - `facet` (4): the plane that touches the surface under the probe: outward unit normal n, and n · x of its points
+      [m]; zeros: the last one. The contact then acts in its frame (`mmt_drake.model.local_contact`). May stay
+      unconnected, and then the surface is level, z = 0.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
     - `status` (1): what became of the latest theta, 0 to 6 as in `mmt_drake.rendering.status`: 0 where nothing has been
       rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff; 6 where motion
@@ -76,6 +81,8 @@ class ImpedanceRenderer(KernelSystem):
             position and standing still there, as a physics engine has an input body that is moved by its position. Its
             velocity is lost to the contact damper.
         in_plane: whether friction of the object is a vector, F = -Fc v/|v|, or that of each axis, as in the thesis.
+        carried: whether the body carries the surface along; else it stays (`mmt_drake.surfaces.Shape`).
+        mu: friction of the probe on the surface; None: it never slips.
 
     Raises:
         BadInput: a period that is not positive or less than one substep; no such way of having the probe, or friction.
@@ -89,22 +96,31 @@ class ImpedanceRenderer(KernelSystem):
         updates: Policy | None = None,
         probe: ProbeInput = "moved",
         in_plane: InPlane = "vector",
+        carried: bool = False,
+        mu: float | None = None,
     ) -> None:
         super().__init__()
         if probe not in get_args(ProbeInput):
             raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
         self._placed = probe == "placed"
         self._sure, self._unsure = renderer_rules(updates, period, substeps, in_plane)
-        names = "motion", "theta", "stable", "in_contact", "held_body"
-        self.declare_inputs(*names, "hand", "model_status", optional=("held_body", "hand", "model_status"))
+        if mu is not None:
+            check_number("renderer", "mu", mu, least=0.0, open_interval=True)
+        self._fixed = 0.0 if carried else 1.0, math.inf if mu is None else mu
+        may_be_left = ("held_body", "hand", "model_status", "facet")
+        self.declare_inputs("motion", "theta", "stable", "in_contact", *may_be_left, optional=may_be_left)
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
-        motion, theta, stable, contact, held, hand, model_status = inputs
+        motion, theta, stable, contact, held, hand, model_status, told = inputs
         hand = motion if hand is None else hand
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))
         held = NO_REPORT if held is None else held
         rule = self._sure if model_status is None or model_status[0] == 0.0 else self._unsure
-        render(memory, t, motion, hand, theta, stable[0], contact[0], rule, self._placed, held, out)
+        given = memory, t, motion, hand, theta, stable[0], contact[0], rule, self._placed, held
+        if told is None:
+            render(*given, out)
+        else:
+            render_on(*given, told, *self._fixed, out)

@@ -30,7 +30,7 @@ INPUT_SIZES = {
     "load": 1, "in_contact": 1, "contact": 1, "proxy": 3, "normal": 3, "body": 4, "body_position": 2,
     "held_body": HELD_SIZE, "theta": len(THETA), "stable": 1, "model_status": 1, "high_band": 3, "stamp": 1, "input": 1,
     "device": 3, "switches": 2, "status": 6, "age": 1, "sent_age": 1, "camera": 3, "estimated_force": 3,
-    "true_force": 3,
+    "true_force": 3, "filtered_force": 3, "facet": 4,
 }  # fmt: skip
 """Sizes of the vector inputs that are the same wherever they stand; their meaning is in CONVENTIONS.md."""
 

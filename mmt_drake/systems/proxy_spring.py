@@ -5,9 +5,9 @@ from numba import njit
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.proxy import MEMORY_SIZE, SURFACE, ProxySettings, pressed, step_proxy
-from mmt_drake.cloud.vectors import ZERO, get, minus, put, times
 from mmt_drake.errors import check_number
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.vectors import ZERO, get, minus, put, times
 from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.systems.renderer_ports import declare_rendering
 

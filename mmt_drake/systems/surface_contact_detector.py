@@ -3,12 +3,14 @@
 import numpy as np
 
 from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.facet import FACET_SIZE, compile_touching_plane, touching_plane
 from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, ProxySettings, pressed, step_proxy
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
 
-PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1}
+PORT_SIZES = {"in_contact": 1, "proxy": 3, "proxy_state": 1, "facet": FACET_SIZE}
 _MEMORY = sum(PORT_SIZES.values())
+_FACET = _MEMORY - FACET_SIZE
 
 
 class SurfaceContactDetector(KernelSystem):
@@ -19,7 +21,8 @@ class SurfaceContactDetector(KernelSystem):
     moves along its own surface, or slowly, is in the old cloud where it is now.
 
     A proxy follows the hand as in `ContactDetector`. It says *where* on the surface the hand is; *whether* it is below
-    is then read off the plane through the points around the proxy (`mmt_drake.cloud.proxy.pressed`). So the spacing of
+    is then read off the plane through the points around the proxy (`mmt_drake.cloud.proxy.pressed`), or, of a cloud
+    with normals, the one that touches the surface under the hand (`mmt_drake.cloud.facet`). So the spacing of
     the points does not show, and of their noise the mean alone. Nor is it a tick late: a model that is switched late
     has its contact spring unstretched too far on, and is wrong for the whole touch.
 
@@ -33,6 +36,7 @@ class SurfaceContactDetector(KernelSystem):
         - in_contact
         - proxy
         - proxy_state
+        - facet
         - readout
 
     - ``position`` (3): of the hand [m], table frame.
@@ -41,7 +45,9 @@ class SurfaceContactDetector(KernelSystem):
     - ``in_contact`` (1): 1.0 or 0.0.
     - ``proxy`` (3): the proxy's centre [m], table frame.
     - ``proxy_state`` (1): what decided the proxy's step: 0 free, 1 in contact, 2 entrenched.
-    - ``readout`` (5 and the memory): the three above in that order, then the proxy's memory.
+    - ``facet`` (4): the plane that touches the surface under the hand: outward unit normal n, and n · x of its points x
+      [m], table frame; zeros while the proxy touches nothing.
+    - ``readout`` (9 and the memory): the four above in that order, then the proxy's memory.
 
     All outputs belong to the inputs at the same instant (direct feedthrough). The proxy's step behind them is computed
     once and stored by the update at the same time.
@@ -61,11 +67,17 @@ class SurfaceContactDetector(KernelSystem):
         self.declare_inputs("position", "point_cloud")
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), self.settings.period)
         self.compile_kernels()
+        compile_touching_plane(self._packed)
 
     def _compute(self, t: float, memory: Array, out: Array, position: Array, cloud: Cloud | None) -> None:
         following = out[_MEMORY:]
         following[:] = memory
         step_proxy(following, position, cloud, self._packed)
-        out[0] = pressed(following, position)
         out[1:4] = following[POSITION : POSITION + 3]
         out[4] = following[STATE]
+        facet = out[_FACET:_MEMORY]
+        touching_plane(following, position, cloud, self.settings.r3, facet)
+        if cloud is None or cloud.normals is None:
+            out[0] = pressed(following, position)
+        else:
+            out[0] = facet[:3] @ position[:3] < facet[3]

@@ -8,7 +8,7 @@ from numba import njit
 
 from mmt_drake.model.body import short_at_edge
 from mmt_drake.model.driven_model import DrivenBodyModel
-from mmt_drake.model.forces import BodyMotion, Surroundings, constants, forces
+from mmt_drake.model.forces import BodyMotion, Surroundings, constants, forces, level_spring
 from mmt_drake.model.hermite import Cubic
 from mmt_drake.model.laws import ActiveLaw, Slot, law
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
@@ -53,13 +53,19 @@ LAWS = (
 
 
 @njit
+def on_level(around, p):
+    probe, height, anchor, contact, start = around
+    return Surroundings(probe, height, anchor, contact, start, level_spring(constants(p)))
+
+
+@njit
 def evaluated(body, s, around, p):
-    return forces(body, s, around, constants(p))
+    return forces(body, s, on_level(around, p), constants(p))
 
 
 def acting(model, laws, contact):
     p = model.with_additions(laws=laws).kernel_vector()
-    return evaluated(BODY, S, Surroundings(PROBE, HEIGHT, ANCHOR, contact, START), p)
+    return evaluated(BODY, S, (PROBE, HEIGHT, ANCHOR, contact, START), p)
 
 
 def at_s(c):
@@ -107,7 +113,7 @@ def test_a_law_is_given_all_of_its_six_numbers():
 
 @njit
 def shortened(h, body, around, p):
-    return short_at_edge(h, body, 0.0, around, constants(p)) < h
+    return short_at_edge(h, body, 0.0, on_level(around, p), constants(p)) < h
 
 
 @pytest.mark.parametrize(("away", "short"), [(0, True), (1.8e-4, True), (-1.8e-4, True), (4e-4, False), (-4e-4, False)])
@@ -115,5 +121,5 @@ def test_steps_of_1_ms_at_200_mm_s_are_short_only_where_they_may_reach_the_edge_
     p, still = FlexibleBoxModel().with_additions(gap=0.002).kernel_vector(), BodyMotion(0.01, 0.0, 0.0, BODY.q)
     for edge in (0.001, -0.001):
         probe = Cubic(0.01 + ANCHOR + edge + away, 0.2, 0.0, 0.0)
-        assert shortened(1e-3, still, Surroundings(probe, HEIGHT, ANCHOR, True, START), p) == short
-        assert not shortened(1e-3, still, Surroundings(probe, HEIGHT, ANCHOR, False, START), p)
+        assert shortened(1e-3, still, (probe, HEIGHT, ANCHOR, True, START), p) == short
+        assert not shortened(1e-3, still, (probe, HEIGHT, ANCHOR, False, START), p)

@@ -55,6 +55,12 @@ def surface(t: float) -> Cloud:
 _TOP = plane(61 * 61, (0.12, 0.12))
 
 
+def facet(t: float) -> np.ndarray:
+    """(4,) a plane that turns under the tip, a little below the table."""
+    n = np.array([0.3 * np.sin(4.0 * t), 0.2 * np.cos(3.0 * t), 1.0])
+    return np.append(n / np.linalg.norm(n), -0.001)
+
+
 def camera_points(t: float) -> PointCloud:
     """The same surface from a camera whose pixels fail now and then."""
     points = surface(t).points().T.astype(np.float32)
@@ -89,6 +95,7 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "normal": lambda t: np.array([0.0, 0.0, 1.0]),
     "body_position": lambda t: motion(t)[:2],
     "camera_points": camera_points,
+    "facet": facet,
 }
 
 

@@ -27,6 +27,7 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering import impedance
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.updates import Blended, EnergyPermitting
+from mmt_drake.surfaces import Sphere
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance
 from mmt_drake.systems.compliant_tip import CompliantTipSystem, TipSettings
 from mmt_drake.systems.contact_detector import ContactDetector
@@ -40,6 +41,7 @@ from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.live_view import LiveView
+from mmt_drake.systems.local_frame import LocalFrame
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
@@ -157,6 +159,8 @@ ALWAYS_FINITE = frozenset({(name, "status") for name in ("motion", "remote_force
 STATUS_ALONE = frozenset((port, "status") for port in ("motion", "theta", "in_contact", "held_body"))
 #: Only `EnergyPermitting` asks how sure theta is.
 SURE = frozenset(("model_status", port) for port in (*impedance.PORT_SIZES, "readout"))
+#: Which way the surface lies says nothing of theta.
+LIES = frozenset({("facet", "status")})
 #: A hand apart from the motion matters to these where it is not finite.
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
@@ -169,6 +173,7 @@ CASES: dict[str, Case] = {
         lambda folder: flexible_box(told_contact=True),
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
     ),
+    "FlexibleBox-on-a-ball": Case(lambda folder: flexible_box(shape=Sphere(fixed_to="body", mu=0.3))),
     "ForeignBoxSystem": Case(lambda folder: foreign_box()),
     "ForeignBoxSystem-sensors": Case(
         lambda folder: foreign_box(
@@ -180,18 +185,19 @@ CASES: dict[str, Case] = {
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(
         lambda folder: ImpedanceRenderer(),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-blended": Case(
         lambda folder: ImpedanceRenderer(updates=Blended()),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-energy": Case(
         lambda folder: ImpedanceRenderer(updates=EnergyPermitting()),
         computed_together=frozenset(("held_body", port) for port in (*impedance.PORT_SIZES, "readout"))
-        | {("model_status", "status")},
+        | {("model_status", "status"), ("motion", "status")}
+        | LIES,
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),
@@ -212,6 +218,7 @@ CASES: dict[str, Case] = {
     ),
     "PassivityControlledMotion": Case(lambda folder: PassivityControlledMotion()),
     "ProxySpringRenderer": Case(lambda folder: ProxySpringRenderer(), still=frozenset({"status"})),
+    "LocalFrame": Case(lambda folder: LocalFrame()),
     "ContactDetector": Case(lambda folder: ContactDetector()),
     "SurfaceContactDetector": Case(
         lambda folder: SurfaceContactDetector(), computed_together=frozenset({("position", "proxy_state")})

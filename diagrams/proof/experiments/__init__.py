@@ -18,7 +18,7 @@ MODULES: Final = {
     "passivity": "passivity",
     "cloud": "cloud_report",
     "fit": "first_models",
-    **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands"), "comparisons"),
+    **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }
 """Name -> the module here that has it among its `STUDIES`."""
 

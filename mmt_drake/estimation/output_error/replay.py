@@ -4,7 +4,7 @@ from numba import njit
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, contact_force
 from mmt_drake.model.flexible_box import advance_object
-from mmt_drake.model.forces import Surroundings, constants
+from mmt_drake.model.forces import Surroundings, constants, level_spring
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.numeric.arrays import Array
 
@@ -43,7 +43,7 @@ def replay_window(
     if n > 0 and contact[0] != 0.0:
         for i in range(2):
             along = Cubic(probe[i, 0], probe_rate[i, 0], 0.0, 0.0)
-            around = Surroundings(along, level, state[AXIS_SIZE * i + ANCHOR], True, 0.0)
+            around = Surroundings(along, level, state[AXIS_SIZE * i + ANCHOR], True, 0.0, level_spring(c))
             force[i, 0] = contact_force(state, AXIS_SIZE * i, around, 0.0, c)
     for k in range(1, n):
         along = cubic(probe[0, k - 1], probe_rate[0, k - 1], probe[0, k], probe_rate[0, k], h)
@@ -61,7 +61,7 @@ def replay_window(
             advance_object(state, 0, s, end, along, across, level, touching, 0.0, c, vector, size)
             if touching:
                 at = (k - 1) * parts + j + 1
-                around = Surroundings(along, level, state[ANCHOR], True, 0.0)
+                around = Surroundings(along, level, state[ANCHOR], True, 0.0, level_spring(c))
                 force[0, at] = contact_force(state, 0, around, end, c)
-                around = Surroundings(across, level, state[AXIS_SIZE + ANCHOR], True, 0.0)
+                around = Surroundings(across, level, state[AXIS_SIZE + ANCHOR], True, 0.0, level_spring(c))
                 force[1, at] = contact_force(state, AXIS_SIZE, around, end, c)

@@ -52,3 +52,22 @@ def get(values: Array, at: int) -> Vector:
 def put(values: Array, at: int, a: Vector) -> None:
     """Write a vector into a longer array from `at` on."""
     values[at], values[at + 1], values[at + 2] = a
+
+
+@njit(cache=True)
+def cross(a: Vector, b: Vector) -> Vector:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True)
+def unit(a: Vector, otherwise: Vector) -> Vector:
+    """The unit vector along a; `otherwise` where a is too short to have a direction."""
+    size = length(a)
+    return times(1.0 / size, a) if size > 1e-12 else otherwise
+
+
+@njit(cache=True)
+def across(a: Vector, n: Vector) -> Vector:
+    """The part of a across the unit vector n."""
+    return minus(a, times(dot(a, n), n))

@@ -1,0 +1,85 @@
+"""A station whose object has a surface of another shape: the force is rendered there, and what cannot be is refused."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mmt_drake.diagrams.proof.experiments.comparisons.any_surface import errors_on
+from mmt_drake.diagrams.stations.hands import laid
+from mmt_drake.diagrams.stations.returned import returned
+from mmt_drake.diagrams.stations.run import run
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.site import Site
+from mmt_drake.diagrams.stations.station import build_parts, build_station
+from mmt_drake.errors import BadInput
+from mmt_drake.surfaces import Plane, Sphere, Step, locate
+
+BALL = "environment.surface=!Sphere {radius: 0.06}"
+
+
+def test_a_hand_that_glides_over_a_ball_feels_the_ball() -> None:
+    recording = run(load_scenario("setup1-free-running", [BALL]), seconds=6.0)
+    error, along = errors_on(recording, 0.0, first_s=2.0)
+    assert error < 0.02
+    assert along.max() < 0.02
+    assert np.mean(recording["operator_contact"] != recording["in_contact"]) < 0.005
+    assert np.mean(recording["detected_contact"] != recording["in_contact"]) < 0.005
+    position = recording.vector("position")
+    assert np.ptp(position[:, 2]) > 0.008  # it does go up and down with the ball
+    told, true = recording.vector("estimated_force"), recording.vector("true_force")
+    late = (recording.time > 4.0) & (recording["in_contact"] > 0.5)
+    assert np.sqrt(np.mean((told - true)[late] ** 2)) < 0.3 * np.sqrt(np.mean(true[late] ** 2))  # in the table frame
+
+
+def test_with_the_thesis_s_estimator_and_one_flag_a_slope_is_rendered_as_a_table_is() -> None:
+    """The operator's own detector says where the surface is, although the scenario's switching is the telerobot's."""
+    errors = []
+    for surface in ("null", "!Plane {tilt: 45, turned: 30}"):
+        scenario = load_scenario("setup1", [f"environment.surface={surface}", "switching=operator"])
+        errors.append(errors_on(run(scenario, seconds=8.0), 0.0, first_s=4.0)[0])
+    assert errors[1] < errors[0] + 0.01
+
+
+def test_a_surface_adds_the_parts_that_it_needs_and_a_level_one_none() -> None:
+    level, ball = (build_parts(Site(load_scenario("setup1", sets))) for sets in ([], [BALL]))
+    assert set(ball) - set(level) == {"local_frame", "operator_detector", "clouds_to_operator"}
+    told = load_scenario("setup1-free-running", [BALL])
+    assert "held_body" not in returned(told)
+    assert "in_contact" not in returned(load_scenario("setup1", [BALL]))
+
+
+def test_a_laid_hand_is_as_high_above_the_surface_as_it_was_above_the_table() -> None:
+    flat = np.column_stack([np.linspace(-0.03, 0.03, 50), np.linspace(0.0, 0.02, 50), np.linspace(-0.004, 0.01, 50)])
+    for surface in (Sphere(), Plane(tilt=50.0, turned=20.0)):
+        over = laid(surface, flat)
+        heights = [-locate(surface.packed(), tuple(x), (0.0, 0.0, 0.0))[0] for x in over]
+        np.testing.assert_allclose(heights, flat[:, 2], atol=1e-12)
+    with pytest.raises(BadInput, match="beyond it, expected a motion over the surface"):
+        laid(Sphere(radius=0.01), flat)
+
+
+@pytest.mark.parametrize(
+    ("sets", "message"),
+    [
+        (["environment.surface=!Step {at: [0.1, 0, 0.05]}"], "found a surface 40.0 mm above where the hand"),
+        ([BALL, "environment.cloud=!SimulatedDepthCamera {}"], "environment.cloud: found !SimulatedDepthCamera"),
+        ([BALL, "environment.object.effects=[{name: contact_gap, parameters: {gap: 0.001}}]"], "found effects"),
+        (["environment.surface=!Sphere {radius: 0.02}"], "operator.motion: found"),
+        (["environment.surface=!Sphere {radius: -1}"], "environment.surface.radius: found -1"),
+        (["environment.surface=!Cube {}"], "environment.surface: found !Cube, expected one of !Plane"),
+        (["environment.surface=!Mesh {file: none.ply}"], "no such mesh"),
+    ],
+)
+def test_a_surface_that_cannot_be_is_refused_in_one_line(sets: list[str], message: str) -> None:
+    with pytest.raises(BadInput) as error:
+        build_station(load_scenario("setup1", sets))
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_step_that_stays_does_not_lay_the_hand_over_it(tmp_path: Path) -> None:
+    scenario = load_scenario("setup1")
+    step = replace(scenario, environment=replace(scenario.environment, surface=Step(at=(0.0, 0.0, 0.0))))
+    assert Site(step).start == pytest.approx(Site(scenario).start)
