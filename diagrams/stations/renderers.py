@@ -11,6 +11,7 @@ from pydrake.systems.framework import System
 
 from mmt_drake.diagrams.stations.own_parts import OwnPart
 from mmt_drake.diagrams.stations.returned import RETURNED
+from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import InPlane
 from mmt_drake.quantities import Checked, Damping, Mass, Quantity, Stiffness
 from mmt_drake.rendering.high_band import HighBand
@@ -195,7 +196,14 @@ class FusedReflection(_Renderer):
     receives = (*_MODEL, "high_band", "held_body", "model_status")
 
     def build(self, site: Site) -> LeafSystem:
-        """The renderer."""
+        """The renderer.
+
+        Raises:
+            BadInput: the object's surface is not level.
+        """
+        if site.scenario.shape is not None:
+            expected = "!ImpedanceReflection: it renders a level surface alone"
+            raise BadInput(site.scenario.name, at="renderer", found="!FusedReflection", expected=expected)
         return fused_reflection.FusedRenderer(
             self.high_band, period=site.step, substeps=self.substeps, updates=self.updates, in_plane=self.in_plane
         )

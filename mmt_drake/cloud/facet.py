@@ -25,9 +25,10 @@ from mmt_drake.numeric.vectors import Vector, dot, get, length, minus, plus, put
 
 FACET_SIZE = 4
 _STEPS = 2
+_SPACINGS = 6.0
 
 
-def touching_plane(memory: Array, hand: Array, cloud: Cloud | None, radius: float, facet: Array) -> None:
+def touching_plane(memory: Array, hand: Array, cloud: Cloud | None, settings: Array, facet: Array) -> None:
     """Write the plane that touches the surface under the hand: n, and n . x of its points x [m], table frame.
 
     Zeros where the proxy touches nothing. Of a cloud without normals it is the plane of the proxy.
@@ -36,7 +37,7 @@ def touching_plane(memory: Array, hand: Array, cloud: Cloud | None, radius: floa
         memory: of a proxy after its step.
         hand: (3,) or longer; the first three are its position [m], table frame.
         cloud: that the proxy has seen.
-        radius: about the foot, of the points that count [m].
+        settings: `ProxySettings.packed`; points count within six spacings of the foot, r2 at least and r3 at most.
         facet: (FACET_SIZE,) to be filled.
     """
     facet[:] = 0.0
@@ -46,6 +47,7 @@ def touching_plane(memory: Array, hand: Array, cloud: Cloud | None, radius: floa
         _plane_of_proxy(memory, facet)
         return
     grid, normals = cloud.lowered(0.0)
+    radius = min(float(settings[2]), max(float(settings[1]), _SPACINGS * cloud.spacing))
     _touching_plane(memory, hand, *grid, normals, cloud.translation, radius, facet)
 
 
@@ -120,5 +122,5 @@ def compile_touching_plane(settings: Array) -> None:
     cloud, memory, facet = Cloud(np.zeros((1, 3)), normals=[[0.0, 0.0, 1.0]]), new_memory(), np.zeros(FACET_SIZE)
     for _ in range(2):  # first it comes down from above
         step_proxy(memory, np.zeros(3), cloud, settings)
-    touching_plane(memory, np.zeros(3), cloud, settings[2], facet)
+    touching_plane(memory, np.zeros(3), cloud, settings, facet)
     _plane_of_proxy(memory, facet)

@@ -70,8 +70,8 @@ class Paths(NamedTuple):
 
 @njit(error_model="numpy", forceinline=True)
 def is_level(facet: Facet) -> bool:
-    """Whether it is the table's own plane, on which the tip never slips."""
-    return facet.n[2] == 1.0 and facet.c == 0.0 and facet.mu == math.inf
+    """Whether it is the table's own plane, on which the tip never slips; or, all zeros, that of a state not begun."""
+    return facet.mu == 0.0 or (facet.n[2] == 1.0 and facet.c == 0.0 and facet.mu == math.inf)
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -84,7 +84,7 @@ class ContactDetector(KernelSystem):
         readout[:_CLEARANCE] = memory[_SHOWN]
         readout[_CLEARANCE] = clearance(cloud, position, self.settings.r3)
         facet = readout[_FACET:_MEMORY]
-        touching_plane(memory, position, cloud, self.settings.r3, facet)
+        touching_plane(memory, position, cloud, self._packed, facet)
         if memory[TOUCHING] and cloud is not None and cloud.normals is not None:
             uneven = cloud.spacing**2 / (4.0 * self.settings.r2)
             readout[0] = facet[:3] @ position[:3] < facet[3] + uneven

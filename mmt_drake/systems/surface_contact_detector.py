@@ -76,7 +76,7 @@ class SurfaceContactDetector(KernelSystem):
         out[1:4] = following[POSITION : POSITION + 3]
         out[4] = following[STATE]
         facet = out[_FACET:_MEMORY]
-        touching_plane(following, position, cloud, self.settings.r3, facet)
+        touching_plane(following, position, cloud, self._packed, facet)
         if cloud is None or cloud.normals is None:
             out[0] = pressed(following, position)
         else:

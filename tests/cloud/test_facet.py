@@ -21,7 +21,7 @@ def followed(cloud, path):
     contact, facets = np.zeros(len(path)), np.zeros((len(path), FACET_SIZE))
     for k, hand in enumerate(path):
         step_proxy(memory, hand, cloud, packed)
-        touching_plane(memory, hand, cloud, SETTINGS.r3, facet)
+        touching_plane(memory, hand, cloud, packed, facet)
         contact[k], facets[k] = memory[TOUCHING], facet
     return contact, facets
 

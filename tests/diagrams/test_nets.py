@@ -88,6 +88,7 @@ STATIONS = (
     ("setup1", ("renderer=!FusedReflection {}", "estimator=!OutputErrorOptions {}", "switching=operator")),
     ("setup1", ("renderer=!ProxySpring {}", "environment.cloud=!SimulatedDepthCamera {}")),
     ("setup3", ("estimator=!OutputErrorOptions {}", "switching=operator")),
+    ("setup1", ("environment.surface=!Sphere {}",)),
 )
 
 
