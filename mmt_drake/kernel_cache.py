@@ -33,8 +33,9 @@ def discard_stale(package: Path) -> bool:
     with contextlib.suppress(OSError):
         if stamp.exists() and stamp.read_text() == current:
             return False
-        for cached in package.rglob("__pycache__/*.nb[ic]"):
-            cached.unlink(missing_ok=True)
+        for folder in _folders(package):
+            for cached in folder.rglob("__pycache__/*.nb[ic]"):
+                cached.unlink(missing_ok=True)
         stamp.parent.mkdir(exist_ok=True)
         # A rename, so that no process reads half a stamp.
         temporary = stamp.with_name(f"{_STAMP}.{os.getpid()}")
@@ -42,3 +43,10 @@ def discard_stale(package: Path) -> bool:
         temporary.replace(stamp)
         return True
     return False
+
+
+def _folders(package: Path) -> list[Path]:
+    """Where cached kernels may be: in a checkout the subpackages `diagrams` and `hw` stand beside the package."""
+    root = package.parent
+    beside = [root / "diagrams", root / "hw"] if (root / "pyproject.toml").exists() else []
+    return [package, *beside]

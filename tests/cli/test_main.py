@@ -126,6 +126,8 @@ def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> N
         "replaces",
         "equal_to",
         "equal_massless",
+        "near_equal_to",
+        "axis",
         "parameters",
         "equation",
         "source",

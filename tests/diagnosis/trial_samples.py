@@ -15,7 +15,7 @@ def model(**changed: float) -> FlexibleBoxModel:
     """The linear object, exact but for what is changed."""
     values = {**BASE, **changed}
     normal = NormalContact(values.pop("normal_k"), values.pop("normal_b"))
-    return FlexibleBoxModel(BoxParameters(**values), normal)
+    return FlexibleBoxModel(BoxParameters(**values), normal, in_plane="per_axis")  # as the plant of the trial rubs
 
 
 @cache
