@@ -17,7 +17,7 @@ from mmt_drake.diagrams.proof.experiments.passivity import (
     report_of,
 )
 from mmt_drake.diagrams.proof.studies import Asked
-from mmt_drake.rendering.updates import AtOnce, renderer_rule
+from mmt_drake.rendering.updates import AtOnce, renderer_rules
 
 
 def test_a_spring_whose_force_is_held_gives_half_its_stiffness_times_the_steps_squared() -> None:
@@ -26,8 +26,9 @@ def test_a_spring_whose_force_is_held_gives_half_its_stiffness_times_the_steps_s
     path[:, 2] = -depth - 1e-9  # in contact throughout
     theta = np.tile([1.0, 0.0, 500.0, 60.0, 0.0, 0.0, 800.0, 0.0, 0.0, 0.0], (201, 1))
     one, none = np.ones(201), np.zeros((201, 3))
-    rule = renderer_rule(AtOnce(), STEP, 1)
-    given, jump = played(path, theta, theta, one, one, np.zeros((201, 6)), 0, one, none, 0.0, rule, False, None)
+    rules = renderer_rules(AtOnce(), STEP, 1)
+    held, sure = np.zeros((201, 6)), np.zeros(201)
+    given, jump = played(path, theta, theta, one, one, held, 0, one, none, 0.0, rules, sure, False, None)
     assert -given == pytest.approx(400.0 * np.sum(np.diff(depth) ** 2), rel=1e-3)
     assert jump < 1e-5
 

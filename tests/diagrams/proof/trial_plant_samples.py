@@ -46,6 +46,7 @@ def run(motion: ProbeMotion, *effects: Concealed, **base: float) -> tuple[Array,
 
 # Effects at the value where they vanish.
 VANISHED: dict[str, dict[str, float]] = {
+    "frame_misalignment": {"rx": 0.0, "ry": 0.0, "rz": 0.0},
     "viscous_friction": {"b": 0.0},
     "asymmetric_viscous_friction": {"b_plus": 20.0, "b_minus": 20.0},
     "coulomb_friction": {"Fc": 0.0},
