@@ -97,7 +97,7 @@ print(f"noise alone leaves {fit.rms(fit.noise_floor):.3g} {fit.unit}")
 from mmt_drake.diagnosis.tell import figures
 from mmt_drake.diagnosis.tell.pictured import pictures_of
 
-evidence = pictures_of(outcome)[-1]
+evidence = pictures_of(outcome)[1]
 figures.overview(evidence)
 
 # %% [markdown]
@@ -198,7 +198,7 @@ for place in outcome.diagnosis.mismatch.blocks[:3]:
 # enough to rule out all others.
 
 # %%
-evidence = pictures_of(outcome)[-1]
+evidence = pictures_of(outcome)[1]
 figures.overview(evidence)
 
 # %%
