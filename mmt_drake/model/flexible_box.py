@@ -21,24 +21,13 @@ import math
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.body import (
-    ANCHOR,
-    AXIS_SIZE,
-    BISECTIONS,
-    POSITION,
-    READING,
-    VELOCITY,
-    advance_body,
-    contact_force,
-    sense,
-    touch,
-)
-from mmt_drake.model.forces import Spring, Surroundings, constants, level_spring, normal_force
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, BISECTIONS, POSITION, READING, VELOCITY, contact_force, sense, touch
+from mmt_drake.model.forces import Surroundings, constants, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.local_contact import Facet, Touch, force_of, height_above, is_level, touching
 from mmt_drake.model.normal_axis import press, pressed, touch_normal
 from mmt_drake.model.parameters import K1, K2, NORMAL_AXIS, NORMAL_K, Constants, M
-from mmt_drake.model.plane_call import advance_both
+from mmt_drake.model.tangential import advance_object
 from mmt_drake.model.turned import TURN_SIZE, in_force_frame
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
@@ -122,11 +111,12 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
         s_switch = crossing(height, h)
     start, c = state[TIME] - state[BEGAN], constants(p)
     along, across = path_of_probe(state, motion, 0, h), path_of_probe(state, motion, 1, h)
-    n, load = _normal_constants(p, c), height
+    n, load, spring = _normal_constants(p, c), height, level_spring(c)
+    both = (spring, spring, c, p.ctypes.data, len(p))
     if h > 0.0:
         if c.normal_axis != 0.0 and before:
             load = press(state, NORMAL, height, 0.0, s_switch, start, n)
-        advance_object(state, BODY, 0.0, s_switch, along, across, load, before, start, c, p.ctypes.data, len(p))
+        advance_object(state, BODY, 0.0, s_switch, along, across, load, before, start, *both)
     if after and not before:
         touch(state, BODY, along, s_switch, c)
         touch(state, BODY + AXIS_SIZE, across, s_switch, c)
@@ -135,7 +125,7 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     if s_switch < h:
         if c.normal_axis != 0.0 and after:
             load = press(state, NORMAL, height, s_switch, h, start, n)
-        advance_object(state, BODY, s_switch, h, along, across, load, after, start, c, p.ctypes.data, len(p))
+        advance_object(state, BODY, s_switch, h, along, across, load, after, start, *both)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
@@ -149,60 +139,6 @@ def path_of_probe(state: Array, motion: Array, i: int, h: float) -> Cubic:
     if h > 0.0:
         return cubic(state[PROBE + i], state[PROBE + 3 + i], motion[i], motion[3 + i], h)
     return Cubic(motion[i], motion[3 + i], 0.0, 0.0)
-
-
-@njit(error_model="numpy")
-def advance_object(
-    state: Array,
-    at: int,
-    s: float,
-    s_end: float,
-    along: Cubic,
-    across: Cubic,
-    height: Cubic,
-    contact: bool,
-    start: float,
-    p: Constants,
-    vector: int,
-    size: int,
-) -> None:
-    """Advance both axes, which begin at `at` in the state, from s to s_end [s] after the latest sample.
-
-    The kernel vector p stands at an address, too, and is of a size. The surface is level.
-
-    Raises:
-        RuntimeError: as `mmt_drake.model.body.advance_axis` and `mmt_drake.model.plane.advance_axes`.
-    """
-    level = level_spring(p)
-    advance_sprung(state, at, s, s_end, along, across, height, contact, start, level, level, p, vector, size)
-
-
-@njit(error_model="numpy", forceinline=True)
-def advance_sprung(
-    state: Array,
-    at: int,
-    s: float,
-    s_end: float,
-    along: Cubic,
-    across: Cubic,
-    height: Cubic,
-    contact: bool,
-    start: float,
-    first: Spring,
-    second: Spring,
-    p: Constants,
-    vector: int,
-    size: int,
-) -> None:
-    """`advance_object` on any surface: the springs are the contact's along both axes."""
-    if p.planar != 0.0 and not p.smooth:
-        springs = (first.k, first.b, first.push, second.k, second.b, second.push)
-        body, held, call = state[at:].ctypes.data, 1.0 if contact else 0.0, int(p.planar)
-        if advance_both(call, body, s, s_end, along, across, height, held, start, *springs, vector, size) != 0.0:
-            raise RuntimeError("two samples more than ten million integration steps apart, or laws that decay too fast")
-    else:
-        advance_body(state, at, s, s_end, along, height, contact, start, first, p)
-        advance_body(state, at + AXIS_SIZE, s, s_end, across, height, contact, start, second, p)
 
 
 @njit(error_model="numpy", forceinline=True)

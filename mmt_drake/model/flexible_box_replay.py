@@ -17,10 +17,10 @@ from mmt_drake.model.body import (
     sense,
     touch,
 )
-from mmt_drake.model.flexible_box import advance_object
 from mmt_drake.model.forces import Surroundings, constants, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.parameters import Constants
+from mmt_drake.model.tangential import advance_object
 from mmt_drake.model.turned import in_force_frame
 from mmt_drake.numeric.arrays import Array
 
@@ -58,7 +58,9 @@ def _over(axes: int) -> Callable[..., None]:
         state = np.zeros(axes * AXIS_SIZE)
         for i in range(axes):
             state[AXIS_SIZE * i + ANCHOR] = probe[i, 0]
-        c, vector, size = constants(p), p.ctypes.data, len(p)
+        c = constants(p)
+        spring = level_spring(c)
+        both = (spring, spring, c, p.ctypes.data, len(p))
         contact, change, begin_at = starts_in, 0, time[0]
         while change < len(changes) and changes[change] <= begin_at:
             change += 1
@@ -73,9 +75,9 @@ def _over(axes: int) -> Callable[..., None]:
                 while change < len(changes) and changes[change] <= time[k]:
                     s_change = changes[change] - time[k - 1]
                     if axes == 1:
-                        advance_body(state, 0, s, s_change, along, above, contact, start, level_spring(c), c)
+                        advance_body(state, 0, s, s_change, along, above, contact, start, spring, c)
                     else:
-                        advance_object(state, 0, s, s_change, along, across, above, contact, start, c, vector, size)
+                        advance_object(state, 0, s, s_change, along, across, above, contact, start, *both)
                     contact = not contact
                     if contact:
                         touch(state, 0, along, s_change, c)
@@ -84,9 +86,9 @@ def _over(axes: int) -> Callable[..., None]:
                     s = s_change
                     change += 1
                 if axes == 1:
-                    advance_body(state, 0, s, h, along, above, contact, start, level_spring(c), c)
+                    advance_body(state, 0, s, h, along, above, contact, start, spring, c)
                 else:
-                    advance_object(state, 0, s, h, along, across, above, contact, start, c, vector, size)
+                    advance_object(state, 0, s, h, along, across, above, contact, start, *both)
             normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
             felt, other = 0.0, 0.0
             if contact:

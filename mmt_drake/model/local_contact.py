@@ -21,12 +21,11 @@ from typing import NamedTuple
 
 from numba import njit
 
-from mmt_drake.model.forces import Spring
+from mmt_drake.model.forces import Spring, level_spring
 from mmt_drake.model.hermite import Cubic, position_at, velocity_at
 from mmt_drake.model.parameters import Constants
-from mmt_drake.numeric.vectors import Vector, across, dot, length, minus, plus, times, unit
+from mmt_drake.numeric.vectors import ZERO, Vector, across, dot, length, minus, plus, times, unit
 
-UP: Vector = (0.0, 0.0, 1.0)
 _NEVER_BELOW = 1e-9  # of 1 + n_z, where the way from level is no longer unique
 
 
@@ -209,7 +208,7 @@ def spring_of(
     n, k, b = facet.n, p.normal_k, p.normal_b
     if facet.world != 0.0:
         if not slips:
-            return Spring(p.k2, p.b2, Cubic(0.0, 0.0, 0.0, 0.0))
+            return level_spring(p)
         above = _from(local_path(paths, n), facet.c)
         share = -facet.mu * dot(axes_of(facet)[i], way)
         return Spring(0.0, 0.0, _sum(share * k, above, share * b, _rate(above)))
@@ -238,4 +237,4 @@ def shifted(path: Cubic, s: float) -> Cubic:
 @njit(error_model="numpy", forceinline=True)
 def direction(touch: Touch) -> Vector:
     """Unit vector along T; 0 where there is none."""
-    return unit(touch.tangential, (0.0, 0.0, 0.0))
+    return unit(touch.tangential, ZERO)

@@ -14,7 +14,7 @@ from numba import njit
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, read_motion, touch, write_motion
 from mmt_drake.model.forces import constants
-from mmt_drake.model.hermite import Cubic, cubic
+from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.local_contact import (
     Facet,
     Paths,
@@ -31,11 +31,11 @@ from mmt_drake.model.local_contact import (
     turned,
 )
 from mmt_drake.model.parameters import Constants, accurate_step
+from mmt_drake.model.tangential import advance_object
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.numeric.vectors import Vector, dot, get, minus, plus, times
+from mmt_drake.numeric.vectors import ZERO, Vector, dot, get, minus, plus, times
 
 _X, _Y = box.BODY, box.BODY + AXIS_SIZE
-_NOWHERE: Vector = (0.0, 0.0, 0.0)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -62,7 +62,7 @@ def begin_on(state: Array, t: float, motion: Array, contact: float, facet: Facet
     put_facet(state, facet)
     if contact == box.CONTACT_BY_GEOMETRY:
         state[box.CONTACT] = 1.0 if height_above(facet, get(motion, 0)) < 0.0 else 0.0
-    _put_anchor(state, get(motion, 0), _NOWHERE)
+    _put_anchor(state, get(motion, 0), ZERO)
 
 
 @njit(error_model="numpy")
@@ -103,8 +103,8 @@ def advance_on(state: Array, t: float, motion: Array, contact: float, facet: Fac
     tip, rate = get(motion, 0), get(motion, 3)
     was_in = state[box.CONTACT] != 0.0
     position, velocity = box.body_of(state)
-    moves = velocity if facet.world == 0.0 else _NOWHERE
-    lies = position if facet.world == 0.0 else _NOWHERE
+    moves = velocity if facet.world == 0.0 else ZERO
+    lies = position if facet.world == 0.0 else ZERO
     above0 = height_above(before, minus(get(state, box.PROBE), lies))
     above1 = height_above(facet, minus(tip, plus(lies, times(h, moves))))
     is_in = above1 < 0.0 if contact == box.CONTACT_BY_GEOMETRY else contact != 0.0
@@ -116,7 +116,7 @@ def advance_on(state: Array, t: float, motion: Array, contact: float, facet: Fac
             s_switch = box.crossing(height, h)
         _move(state, motion, h, s_switch, is_in, between_facets(before, facet), height, c, p)
     elif is_in and not was_in:
-        _put_anchor(state, tip, _NOWHERE)
+        _put_anchor(state, tip, ZERO)
     for i in range(6):
         state[box.PROBE + i] = motion[i]
     state[box.TIME] = t
@@ -144,11 +144,11 @@ def _move(
     was_in = state[box.CONTACT] != 0.0
     tip0, d = get(state, box.PROBE), turned(box.deflection_of(state), facet.n)
     position, velocity = box.body_of(state)
-    slips, way = False, _NOWHERE
+    slips, way = False, ZERO
     if was_in and facet.mu != math.inf:
         now = touching(facet, box.tip_of(state), get(state, box.PROBE + 3), d, velocity, c)
         slips = now.limited < 1.0
-        way = direction(now) if now.normal > 0.0 else _NOWHERE
+        way = direction(now) if now.normal > 0.0 else ZERO
     paths = Paths(
         box.path_of_probe(state, motion, 0, h), box.path_of_probe(state, motion, 1, h),
         box.path_of_probe(state, motion, 2, h),
@@ -166,9 +166,9 @@ def _move(
     if is_in and not was_in:
         touch(state, _X, along, s_switch, c)
         touch(state, _Y, across_it, s_switch, c)
-        state[box.ANCHOR_Z] = paths.z.x0 + s_switch * (paths.z.v0 + s_switch * (paths.z.c2 + s_switch * paths.z.c3))
+        state[box.ANCHOR_Z] = position_at(paths.z, s_switch)
     if s_switch < h:
-        _push(state, s_switch, h, along, across_it, paths, facet, height, is_in, False, _NOWHERE, c, p)
+        _push(state, s_switch, h, along, across_it, paths, facet, height, is_in, False, ZERO, c, p)
     tip = get(motion, 0)
     if facet.world != 0.0:
         dx = dot(first, tip) - state[_X + POSITION] - state[_X + ANCHOR]
@@ -224,4 +224,4 @@ def _push(
             first = spring_of(facet, 0, paths, to_y, anchor, slips, way, c)
             second = spring_of(facet, 1, paths, to_x, anchor, slips, way, c)
             both = (first, second, c, p.ctypes.data, len(p))
-            box.advance_sprung(state, box.BODY, s0, s1, along, across_it, height, contact, start, *both)
+            advance_object(state, box.BODY, s0, s1, along, across_it, height, contact, start, *both)

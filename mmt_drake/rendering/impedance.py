@@ -2,18 +2,19 @@
 
 import math
 
+import numpy as np
 from numba import njit
 
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import watch
-from mmt_drake.model.local_contact import UP, Facet
+from mmt_drake.model.local_contact import Facet
 from mmt_drake.model.on_surface import advance_on, begin_on, put_facet
 from mmt_drake.model.parameters import KERNEL_SIZE
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.theta import TOO_STIFF as STIFF_THETA
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
-from mmt_drake.numeric.vectors import dot, get
+from mmt_drake.numeric.vectors import UP, dot, get
 from mmt_drake.rendering import updates
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
 from mmt_drake.rendering.held_body import bring, distance
@@ -43,6 +44,7 @@ _, _STATUS, _JUMP, _ENERGY, _MEMORY = map(Layout(), READOUT_SIZES)
 MODEL_KNOWN = _MEMORY + _KNOWN
 #: Where the time [s] of the last motion stands that could be used.
 MODEL_TIME = _MEMORY + box.TIME
+_NONE_TOLD = np.zeros(4)  # no plane: the last one, which was level at first
 
 
 @njit(cache=True)
@@ -108,25 +110,6 @@ def _let_go(memory: Array, t: float, hand: Array, seen: bool, rule: Array, out: 
         now[_LEFT], now[_UNSEEN] = left, memory[_UNSEEN] + 1.0
 
 
-@njit(cache=True)
-def render(
-    memory: Array,
-    t: float,
-    motion: Array,
-    hand: Array,
-    theta: Array,
-    stable: float,
-    in_contact: float,
-    rule: Array,
-    placed: bool,
-    held: Array,
-    out: Array,
-) -> None:
-    """`render_on` a level surface."""
-    level = Facet(UP, 0.0, 1.0, math.inf)
-    _render(memory, t, motion, hand, theta, stable, in_contact, rule, placed, held, level, out)
-
-
 @njit(error_model="numpy")
 def _facet_now(state: Array, told: Array, world: float, mu: float) -> Facet:
     """The plane under the hand, as the object takes it whose state at the last tick is given; the rest as told."""
@@ -179,24 +162,6 @@ def render_on(
         out: (sum(READOUT_SIZES),).
     """
     facet = _facet_now(memory[_STATE], told, world, mu)
-    _render(memory, t, motion, hand, theta, stable, in_contact, rule, placed, held, facet, out)
-
-
-@njit(cache=True)
-def _render(
-    memory: Array,
-    t: float,
-    motion: Array,
-    hand: Array,
-    theta: Array,
-    stable: float,
-    in_contact: float,
-    rule: Array,
-    placed: bool,
-    held: Array,
-    facet: Facet,
-    out: Array,
-) -> None:
     now = out[_MEMORY:]
     assign(now, memory)
     state, p, target = now[_STATE], now[_HELD:_TARGET], now[_TARGET:_KNOWN]
@@ -242,3 +207,21 @@ def _render(
     out[_ENERGY] = box.stored_energy(state, p)
     whole = _feel(memory, hand, out[_ENERGY], rule, out) and share == 1.0
     out[_STATUS] = APPROACHING if status == RENDERING and not whole else status
+
+
+@njit(cache=True)
+def render(
+    memory: Array,
+    t: float,
+    motion: Array,
+    hand: Array,
+    theta: Array,
+    stable: float,
+    in_contact: float,
+    rule: Array,
+    placed: bool,
+    held: Array,
+    out: Array,
+) -> None:
+    """`render_on` a level surface."""
+    render_on(memory, t, motion, hand, theta, stable, in_contact, rule, placed, held, _NONE_TOLD, 1.0, math.inf, out)

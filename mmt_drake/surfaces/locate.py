@@ -5,7 +5,7 @@ import math
 from numba import njit
 
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.numeric.vectors import Vector, unit
+from mmt_drake.numeric.vectors import UP, Vector, unit
 from mmt_drake.surfaces.height_field import height_of
 from mmt_drake.surfaces.layout import AT, CYLINDER, HEIGHTS, KIND, MESH, OWN, PLANE, SPHERE, STEP, TURN
 from mmt_drake.surfaces.mesh import locate_on_mesh
@@ -37,12 +37,12 @@ def locate(surface: Array, at: Vector, held: Vector) -> tuple[float, Vector]:
         r = surface[OWN]
         out = (own[0], own[1], own[2] + r)
         depth = r - math.sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2])
-        n = unit(out, (0.0, 0.0, 1.0))
+        n = unit(out, UP)
     elif kind == CYLINDER:
         r = surface[OWN]
         out = (own[0], 0.0, own[2] + r)
         depth = r - math.sqrt(out[0] * out[0] + out[2] * out[2])
-        n = unit(out, (0.0, 0.0, 1.0))
+        n = unit(out, UP)
     elif kind == STEP:
         depth, n = _step(surface[OWN], own, c * held[0] + s * held[1], held[2])
     elif kind == MESH:
@@ -55,18 +55,18 @@ def locate(surface: Array, at: Vector, held: Vector) -> tuple[float, Vector]:
 @njit(cache=True, error_model="numpy")
 def _step(fall: float, at: Vector, held_x: float, held_z: float) -> tuple[float, Vector]:
     x, z = at[0], at[2]
-    up, out = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
+    out = (1.0, 0.0, 0.0)
     if x > 0.0:
         if z > 0.0 and z * z + x * x < (z + fall) * (z + fall):  # the edge is nearer than the lower level
-            return -math.sqrt(x * x + z * z), unit((x, 0.0, z), up)
+            return -math.sqrt(x * x + z * z), unit((x, 0.0, z), UP)
         if z > -fall and x < z + fall:
             return -x, out
-        return -(z + fall), up
+        return -(z + fall), UP
     if z >= 0.0 or held_z > 0.5:
-        return -z, up
+        return -z, UP
     if z < -fall:
-        return (-x, out) if -x < -z else (-z, up)
-    return (-x, out) if held_x > 0.5 or -x < -z else (-z, up)
+        return (-x, out) if -x < -z else (-z, UP)
+    return (-x, out) if held_x > 0.5 or -x < -z else (-z, UP)
 
 
 @njit(cache=True, error_model="numpy")
@@ -95,5 +95,5 @@ def _under_heights(surface: Array, at: Vector) -> tuple[float, Vector]:
         if abs(du) + abs(dv) < _NEAR_ENOUGH:
             break
     h, hx, hy, _, _, _ = _height(surface, u, v)
-    n = unit((-hx, -hy, 1.0), (0.0, 0.0, 1.0))
+    n = unit((-hx, -hy, 1.0), UP)
     return n[0] * (u - at[0]) + n[1] * (v - at[1]) + n[2] * (h - at[2]), n

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.numeric.vectors import Vector, cross, dot, length, minus, plus, times, unit
+from mmt_drake.numeric.vectors import UP, ZERO, Vector, cross, dot, get, length, minus, plus, times, unit
 from mmt_drake.surfaces import layout
 from mmt_drake.surfaces.layout import OWN
 from mmt_drake.surfaces.shapes import Layout, Shape
@@ -26,7 +26,6 @@ REACH = 0.05
 
 _LARGEST = 2.0  # [m] of a side: larger than an object on a table, and what millimetres look like
 _MOST_BYTES, _MOST_TRIANGLES, _MOST_CELLS = 1 << 26, 500_000, 1 << 21
-_UP = (0.0, 0.0, 1.0)
 
 # Behind `layout.OWN`: corner of the grid of cells [m], their edge [m], how many along x, y, z, where the triangles
 # stand; then where each cell's list begins, these lists, and 9 coordinates and 9 of normals of each triangle.
@@ -80,7 +79,7 @@ class Mesh(Shape):
         points, packed = self.points(np.zeros((n, 2))), self.packed()
         from mmt_drake.surfaces.locate import locate  # which knows meshes
 
-        normals = [locate(packed, tuple(point), (0.0, 0.0, 0.0))[1] for point in points]
+        normals = [locate(packed, tuple(point), ZERO)[1] for point in points]
         return Cloud(points, normals=np.array(normals).reshape(-1, 3))
 
 
@@ -172,15 +171,10 @@ def mesh_numbers(corners: Array, normals: Array) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _corner(surface: Array, at: int) -> Vector:
-    return surface[at], surface[at + 1], surface[at + 2]
-
-
-@njit(cache=True, error_model="numpy")
 def _nearest(surface: Array, k: int, p: Vector) -> Vector:
     """Shares of a triangle's corners in its point nearest to p (Ericson, Real-Time Collision Detection, 5.1.5)."""
     at = int(surface[_TRIANGLES]) + _EACH * k
-    a, b, c = _corner(surface, at), _corner(surface, at + 3), _corner(surface, at + 6)
+    a, b, c = get(surface, at), get(surface, at + 3), get(surface, at + 6)
     ab, ac = minus(b, a), minus(c, a)
     ap, bp, cp = minus(p, a), minus(p, b), minus(p, c)
     d1, d2, d3, d4, d5, d6 = dot(ab, ap), dot(ac, ap), dot(ab, bp), dot(ac, bp), dot(ab, cp), dot(ac, cp)
@@ -209,7 +203,7 @@ def _nearest(surface: Array, k: int, p: Vector) -> Vector:
 @njit(cache=True, error_model="numpy")
 def _mixed(surface: Array, at: int, share: Vector) -> Vector:
     """Of three vectors that stand one behind the other."""
-    first, second, third = _corner(surface, at), _corner(surface, at + 3), _corner(surface, at + 6)
+    first, second, third = get(surface, at), get(surface, at + 3), get(surface, at + 6)
     return plus(plus(times(share[0], first), times(share[1], second)), times(share[2], third))
 
 
@@ -227,7 +221,7 @@ def locate_on_mesh(surface: Array, p: Vector) -> tuple[float, Vector]:
     cy = math.floor((p[1] - surface[_CORNER + 1]) / edge)
     cz = math.floor((p[2] - surface[_CORNER + 2]) / edge)
     if not (0 <= cx < nx and 0 <= cy < ny and 0 <= cz < nz):
-        return -REACH, _UP
+        return -REACH, UP
     lists = _STARTS + nx * ny * nz + 1
     best, nearest, share = REACH, -1, (0.0, 0.0, 0.0)
     for ring in range(math.ceil(REACH / edge) + 1):
@@ -247,10 +241,8 @@ def locate_on_mesh(surface: Array, p: Vector) -> tuple[float, Vector]:
                         if away < best:
                             best, nearest, share = away, k, found
     if nearest < 0:
-        return -REACH, _UP
+        return -REACH, UP
     at = int(surface[_TRIANGLES]) + _EACH * nearest
-    flat = cross(
-        minus(_corner(surface, at + 3), _corner(surface, at)), minus(_corner(surface, at + 6), _corner(surface, at))
-    )
-    n = unit(_mixed(surface, at + 9, share), unit(flat, _UP))
+    flat = cross(minus(get(surface, at + 3), get(surface, at)), minus(get(surface, at + 6), get(surface, at)))
+    n = unit(_mixed(surface, at + 9, share), unit(flat, UP))
     return (-best if dot(minus(p, _mixed(surface, at, share)), n) > 0.0 else best), n

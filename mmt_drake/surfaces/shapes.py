@@ -112,19 +112,25 @@ class Plane(Shape):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sphere(Shape):
-    """A ball, whose top is the origin; its patch is the upper half.
+class _Curved(Shape):
+    """Base of the surfaces that a radius tells.
 
     Attributes:
-        radius: [m].
+        radius: of the curvature at the origin [m].
     """
 
     radius: Length = 0.06
-    KIND: ClassVar = layout.SPHERE
 
     def own_numbers(self) -> Array:
         """(1,) the radius."""
         return np.array([self.radius])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sphere(_Curved):
+    """A ball, whose top is the origin; its patch is the upper half."""
+
+    KIND: ClassVar = layout.SPHERE
 
     def patch(self, uv: Array) -> Array:
         """See `Shape.patch`."""
@@ -135,19 +141,10 @@ class Sphere(Shape):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cylinder(Shape):
-    """A cylinder that lies along y before it is turned; its highest line goes through the origin.
+class Cylinder(_Curved):
+    """A cylinder that lies along y before it is turned; its highest line goes through the origin."""
 
-    Attributes:
-        radius: [m].
-    """
-
-    radius: Length = 0.06
     KIND: ClassVar = layout.CYLINDER
-
-    def own_numbers(self) -> Array:
-        """(1,) the radius."""
-        return np.array([self.radius])
 
     def patch(self, uv: Array) -> Array:
         """See `Shape.patch`."""
@@ -157,19 +154,11 @@ class Cylinder(Shape):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Saddle(Shape):
-    """A saddle, z = (x² - y²)/(2 radius) before it is turned.
-
-    Attributes:
-        radius: of its curvature at the origin [m].
-    """
+class Saddle(_Curved):
+    """A saddle, z = (x² - y²)/(2 radius) before it is turned."""
 
     radius: Length = 0.1
     KIND: ClassVar = layout.SADDLE
-
-    def own_numbers(self) -> Array:
-        """(1,) the radius."""
-        return np.array([self.radius])
 
     def patch(self, uv: Array) -> Array:
         """See `Shape.patch`; lengths are those across z."""

@@ -3,10 +3,10 @@
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.local_contact import UP, Facet, axes_of
+from mmt_drake.model.local_contact import Facet, axes_of
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
-from mmt_drake.numeric.vectors import Vector, dot, get, minus, put
+from mmt_drake.numeric.vectors import UP, Vector, dot, get, minus, put
 from mmt_drake.systems.kernel_system import KernelSystem
 
 _FORCES = ("estimated_force", "filtered_force")

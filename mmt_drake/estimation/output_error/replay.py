@@ -3,9 +3,9 @@
 from numba import njit
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, contact_force
-from mmt_drake.model.flexible_box import advance_object
 from mmt_drake.model.forces import Surroundings, constants, level_spring
 from mmt_drake.model.hermite import Cubic, cubic, position_at
+from mmt_drake.model.tangential import advance_object
 from mmt_drake.numeric.arrays import Array
 
 
@@ -36,14 +36,16 @@ def replay_window(
     Raises:
         RuntimeError: see `mmt_drake.model.body.advance_axis` and `mmt_drake.model.plane.advance_axes`.
     """
-    c, vector, size = constants(p), p.ctypes.data, len(p)
+    c = constants(p)
+    spring = level_spring(c)
+    both = (spring, spring, c, p.ctypes.data, len(p))
     level = Cubic(0.0, 0.0, 0.0, 0.0)  # without laws the height does not matter
     force[:] = 0.0
     n = len(contact)
     if n > 0 and contact[0] != 0.0:
         for i in range(2):
             along = Cubic(probe[i, 0], probe_rate[i, 0], 0.0, 0.0)
-            around = Surroundings(along, level, state[AXIS_SIZE * i + ANCHOR], True, 0.0, level_spring(c))
+            around = Surroundings(along, level, state[AXIS_SIZE * i + ANCHOR], True, 0.0, spring)
             force[i, 0] = contact_force(state, AXIS_SIZE * i, around, 0.0, c)
     for k in range(1, n):
         along = cubic(probe[0, k - 1], probe_rate[0, k - 1], probe[0, k], probe_rate[0, k], h)
@@ -53,15 +55,15 @@ def replay_window(
         for j in range(parts):
             s, end = j * h / parts, (j + 1) * h / parts if j < parts - 1 else h
             if change <= end:
-                advance_object(state, 0, s, max(s, change), along, across, level, touching, 0.0, c, vector, size)
+                advance_object(state, 0, s, max(s, change), along, across, level, touching, 0.0, *both)
                 if later:
                     state[ANCHOR] = position_at(along, change) - state[POSITION]
                     state[AXIS_SIZE + ANCHOR] = position_at(across, change) - state[AXIS_SIZE + POSITION]
                 touching, s, change = later, max(s, change), 2.0 * h
-            advance_object(state, 0, s, end, along, across, level, touching, 0.0, c, vector, size)
+            advance_object(state, 0, s, end, along, across, level, touching, 0.0, *both)
             if touching:
                 at = (k - 1) * parts + j + 1
-                around = Surroundings(along, level, state[ANCHOR], True, 0.0, level_spring(c))
+                around = Surroundings(along, level, state[ANCHOR], True, 0.0, spring)
                 force[0, at] = contact_force(state, 0, around, end, c)
-                around = Surroundings(across, level, state[AXIS_SIZE + ANCHOR], True, 0.0, level_spring(c))
+                around = Surroundings(across, level, state[AXIS_SIZE + ANCHOR], True, 0.0, spring)
                 force[1, at] = contact_force(state, AXIS_SIZE, around, end, c)
