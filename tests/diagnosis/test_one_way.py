@@ -48,3 +48,17 @@ def test_friction_and_an_offset_cannot_be_told_apart(effect: Mapping[str, Any]) 
 def test_stiffness_and_relaxation_need_no_turn(effects: Sequence[Mapping[str, Any]]) -> None:
     found = diagnosed(effects)
     assert {(e.name, e.certain) for e in found.effects} == {(e["name"], "law") for e in effects}
+
+
+def test_drag_of_what_falls_is_known_beside_the_mass_that_was_handed_in() -> None:
+    """Only b/m can be told; both free, the interval of b would go as far as the bounds of m."""
+    rate, time = 0.9, np.arange(300) * 0.01  # b/m [1/s]
+    fallen = 9.81 / rate**2 * (1.0 - np.exp(-rate * time) - rate * time)
+    columns = {"input": 0.0 * time, "output": fallen + np.random.default_rng(1).normal(0.0, 0.002, len(time))}
+    model = {"structure": "driven_body", "parameters": {"m": 0.05}, "gravity": {"kind": "constant", "value": 9.81}}
+    tried = [LIBRARY[name] for name in ("viscous_friction", "quadratic_drag", "mass_change")]
+    found = diagnose([completed(time, columns, "drop")], parse_model(model, "ball"), library=tried).diagnosis
+    assert [(e.name, e.certain) for e in found.effects] == [("viscous_friction", "law")]
+    low, high = found.effects[0].parameters["b"].ci95
+    assert low < 0.05 * rate < high and high - low < 0.1 * 0.05 * rate
+    assert not found.parameters

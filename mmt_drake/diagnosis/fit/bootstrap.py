@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from mmt_drake.diagnosis.fit.hidden import hidden_variance
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 
 CONFIDENCE = 0.95
 _LEAST_FREEDOM = 3
 _DRAWS = 1000
 _RANK = 1e-12
+_PART = 1e-6
+"""Share of a direction that the residual does not tell, below which a number has no part in it."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +24,8 @@ class Deviations:
     """How well numbers found by least squares are known.
 
     Attributes:
-        deviation: (k,) standard deviation of each number; infinite where no residual depends on it.
+        deviation: (k,) standard deviation of each number; infinite where no residual depends on it, or on nothing but
+            a combination of it and others.
         strength: mean square of the residuals, where that is more than the noise that they are relative to; else 1.
         t: half of a 95 % interval over the deviation: Student's, for the number of blocks less one.
     """
@@ -61,12 +64,19 @@ def deviations(
     white = strength * np.diag(np.linalg.pinv(scaled.T @ scaled, rcond=_RANK))
     numbers = np.unique(blocks, return_inverse=True)[1]
     variance = np.maximum(white, _resampled(scaled, residual, numbers) ** 2)
-    depends = size > 0.0
+    depends = _told(scaled) & (size > 0.0)
     if laws and depends.any():
         variance[depends] += hidden_variance(scaled[:, depends], residual, samples, laws)
     deviation = np.divide(np.sqrt(variance), size, out=np.full(count, np.inf), where=depends)
     t = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(int(numbers.max()), _LEAST_FREEDOM)))
     return Deviations(deviation, strength, t)
+
+
+def _told(jacobian: Array) -> Flags:
+    """(k,) numbers that the residual tells each for itself: of those it tells only together, pinv would make one up."""
+    size, directions = np.linalg.eigh(jacobian.T @ jacobian)
+    lost = directions[:, size <= _RANK * size[-1]]
+    return np.asarray(np.sum(lost**2, axis=1) < _PART)
 
 
 def _resampled(jacobian: Array, residual: Array, numbers: NDArray[np.intp]) -> Array:

@@ -98,15 +98,19 @@ class Problem:
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """Parameters of a flexible box, and `effect.symbol` of effects, of which the recordings say nothing."""
+        """Parameters of the structure, and `effect.symbol` of effects, of which the recordings say nothing.
+
+        Of a body that nothing drives only ratios can be told, as b/m of what falls: its mass stays as handed in.
+        """
         axes = {track.axis for track in self.tracks}
+        scale = () if any(track.tells_scale for track in self.tracks) else ("m",)
         hidden = (
             f"{effect.name}.{parameter.symbol}"
             for effect in LIBRARY.values()
             for parameter in effect.parameters
             if not set(parameter.seen_along) <= axes
         )
-        return (*hidden, *(() if any(isinstance(track, NormalTrack) for track in self.tracks) else NORMAL))
+        return (*hidden, *scale, *(() if any(isinstance(track, NormalTrack) for track in self.tracks) else NORMAL))
 
     def by_recording(self) -> list[tuple[Track, ...]]:
         """The tracks of each recording, in their order."""

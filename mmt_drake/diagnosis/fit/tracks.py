@@ -80,6 +80,11 @@ class Track(ABC):
         """Whether all of the output was recorded as it was."""
         return True
 
+    @property
+    def tells_scale(self) -> bool:
+        """Whether a force was recorded, or an input that is not 0: without, all of the model's numbers scale alike."""
+        return True
+
     def own(self, model: Model) -> Model:
         """The model as it is in this recording, without curves."""
         return under(model, self.beside, self.time - self.time[0], self.smoothed.source)
@@ -220,6 +225,11 @@ class DrivenTrack(Track):
         """Over which it is simulated."""
         fitted = self.initial == "fitted"
         return Windows.of(self.time, self._leading, self.window_s, self.smoothed.nearby_reach_s, fitted)
+
+    @property
+    def tells_scale(self) -> bool:
+        """See `Track.tells_scale`."""
+        return bool(self.smoothed.input.any())
 
     @property
     def _leading(self) -> Array:

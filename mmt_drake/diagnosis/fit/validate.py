@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import stats
 
-from mmt_drake.diagnosis.fit.bootstrap import deviations
+from mmt_drake.diagnosis.fit.bootstrap import Deviations, deviations
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.nameless import nameless_laws
@@ -33,13 +34,12 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
         problem: what was fitted.
         fitted: the fit.
     """
-    minimum, laws = fitted.minimum, nameless_laws(problem, fitted)
-    known = deviations(minimum.jacobian, minimum.residual, problem.objective_blocks(), problem.samples(), laws)
+    known = _known(problem, fitted, nameless_laws(problem, fitted))
     step = problem.tracks[0].smoothed.clock.step
     result = []
     for i, parameter in enumerate(fitted.hypothesis.free_parameters()):
         value, own = float(fitted.x[i]), float(known.deviation[i])
-        if parameter.effect and math.isinf(own):
+        if parameter.effect and not fitted.minimum.jacobian[:, i].any():
             own = 0.0  # flat just there, as an event between two samples is: `_reach` sees how far
         half = known.t * math.hypot(own, _ACCURACY * abs(value))
         if parameter.key == ("time_delay", "delay"):
@@ -51,24 +51,33 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
     return tuple(result)
 
 
+def _known(problem: Problem, fitted: Fitted, laws: Sequence[Array] = ()) -> Deviations:
+    """How well the numbers of a fit are known: `bootstrap.deviations`.
+
+    Where the data say nothing of a parameter of the structure but together with an effect, as of the mass of what falls
+    and its drag, that parameter is held: how well the effect's numbers are known is asked beside the value it has.
+    """
+    parameters, minimum = fitted.hypothesis.free_parameters(), fitted.minimum
+    effects = np.array([bool(parameter.effect) for parameter in parameters])
+    low, high = (np.array([getattr(parameter, end) for parameter in parameters]) for end in ("low", "high"))
+    blocks, samples = problem.objective_blocks(), problem.samples()
+    known = deviations(minimum.jacobian, minimum.residual, blocks, samples)
+    kept = effects | (fitted.x - known.half_width > low) | (fitted.x + known.half_width < high)
+    deviation = known.deviation.copy()
+    if laws or not kept.all():
+        known = deviations(minimum.jacobian[:, kept], minimum.residual, blocks, samples, laws)
+        deviation[kept] = known.deviation
+    return replace(known, deviation=deviation)
+
+
 def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
     """Effects of a fit that may as well be nothing: their intervals hold the values at which they vanish.
 
     Intervals over blocks alone: whether another law may stand in the place of an effect is asked where explanations are
     compared, and its strength then says nothing more.
-    Where the data say nothing of a parameter of the structure but together with an effect, as of the mass of what falls
-    and its drag, that parameter is held: it cannot vanish, so nor can the effect with it.
     """
-    parameters, minimum = fitted.hypothesis.free_parameters(), fitted.minimum
-    half = np.full(len(parameters), np.inf)
-    kept = np.ones(len(parameters), dtype=bool)
-    low, high = (np.array([getattr(parameter, end) for parameter in parameters]) for end in ("low", "high"))
-    for _ in range(2):
-        jacobian = minimum.jacobian[:, kept]
-        known = deviations(jacobian, minimum.residual, problem.objective_blocks(), problem.samples())
-        half[kept] = np.hypot(known.half_width, known.t * _ACCURACY * np.abs(fitted.x[kept]))
-        unknown = (fitted.x - half <= low) & (fitted.x + half >= high)
-        kept = ~(unknown & np.array([not parameter.effect for parameter in parameters]))
+    parameters, known = fitted.hypothesis.free_parameters(), _known(problem, fitted)
+    half = np.hypot(known.half_width, known.t * _ACCURACY * np.abs(fitted.x))
     spans = {p.key: (x - h, x + h) for p, x, h in zip(parameters, fitted.x, half, strict=True)}
 
     def may_vanish(effect: Effect) -> bool:
