@@ -201,10 +201,10 @@ class _Touched:
         angles = Rotation.from_matrix(pose.rotation.T).as_euler("ZYX", degrees=True)
         turns = zip(("heading", "tilt about y", "tilt about x"), angles, np.degrees(halves[2::-1]), strict=True)
         shifts = zip("xyz", 1e3 * (self.said.place - pose.place), 1e3 * halves[3:], strict=True)
-        told = [PoseCoordinate(name, "deg", float(angle), float(half)) for name, angle, half in turns]
-        told += [PoseCoordinate(name, "mm", float(shift), float(half)) for name, shift, half in shifts]
+        found = [PoseCoordinate(name, "deg", float(angle), float(half)) for name, angle, half in turns]
+        found += [PoseCoordinate(name, "mm", float(shift), float(half)) for name, shift, half in shifts]
         free = self._free.sum(axis=0)[[2, 1, 0, 3, 4, 5]]
-        return tuple(coordinate for coordinate, sought in zip(told, free, strict=True) if sought)
+        return tuple(coordinate for coordinate, sought in zip(found, free, strict=True) if sought)
 
     def kept(self, pose: Pose) -> tuple[str, ...]:
         """What cannot be told, in the table frame: shifts, and turns about an axis."""
