@@ -17,7 +17,13 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]*)(?:#([^)\s]*))?\)")
-OWN_WORDS = (DOCS / "index.md", DOCS / "how_it_works.md", *sorted((DOCS / "tutorials").glob("*.md")))
+DENSE = ("diagnosis.md", "force.md", "trial.md")
+"""Records of what was measured: not yet in short sentences."""
+OWN_WORDS = (
+    ROOT / "README.md",
+    *(page for page in sorted(DOCS.glob("*.md")) if page.name not in DENSE),
+    *sorted((DOCS / "tutorials").glob("*.md")),
+)
 
 
 def hooks() -> ModuleType:
@@ -95,9 +101,18 @@ def test_the_python_page_has_every_name_of_the_package_s_face() -> None:
 
 @pytest.mark.parametrize("page", OWN_WORDS, ids=lambda page: page.stem)
 def test_a_sentence_has_30_words_at_most(page: Path) -> None:
-    text = "\n".join(line for line in words_only(page.read_text()).splitlines() if not re.match(r"\s*[|#]", line))
-    for sentence in re.split(r"(?<=[.:?!])\s|\n\s*\n|\n\d\. ", text):
+    text = "\n".join(line for line in words_only(page.read_text()).splitlines() if not re.match(r"\s*[|#]|    ", line))
+    for sentence in re.split(r"(?<=[.:?!])\s|\n\s*\n|\n\d\. |\n- ", text):
         assert len(sentence.split()) <= 30, sentence
+
+
+def test_readme_has_150_lines_and_60_numbers_at_most_and_a_picture_that_moves() -> None:
+    text = (ROOT / "README.md").read_text()
+    assert text.count("\n") <= 150
+    assert len(re.findall(r"\d+(?:[.,]\d+)?", words_only(text))) <= 60
+    (moving,) = re.findall(r"docs/images/\w+\.gif", text)
+    picture = (ROOT / moving).read_bytes()
+    assert picture.startswith(b"GIF89a") and len(picture) < 1_500_000
 
 
 def test_no_font_or_script_is_fetched() -> None:

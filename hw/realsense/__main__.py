@@ -1,4 +1,4 @@
-"""`python -m mmt_drake.hw.realsense`: find a camera's pose from the bare table, look at the cloud that it gives."""
+"""`python -m mmt_drake.hw.realsense`: find a camera's pose from the bare table and by touch, look at its cloud."""
 
 import argparse
 import math
@@ -10,15 +10,18 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.cloud import ProxySettings
-from mmt_drake.cloud.files import write_cloud
+from mmt_drake.cloud import Cloud, ProxySettings
+from mmt_drake.cloud.files import read_cloud, write_cloud
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.realsense.by_touch import calibrate_by_touch
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics, calibrate_on_table
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.stream import DepthFrame, open_camera, recorded_frames
+from mmt_drake.hw.realsense.touches import touches_of
 from mmt_drake.hw.realsense.untouched import measured_offset
+from mmt_drake.recording import load
 
 _PATIENCE = 5.0  # for one frame of a camera [s]
 _TRIED_ON = 100_000  # points of a calibration
@@ -37,13 +40,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     cloud = commands.add_parser("cloud", help="one frame to a point cloud file")
     cloud.add_argument("--extrinsics", required=True, help="YAML file from `calibrate`")
     cloud.add_argument("--out", required=True, help=".ply, .pcd or .xyz file to write")
+    touch = commands.add_parser("touch", help="the whole pose, from touches of what the camera sees")
+    touch.add_argument("touches", metavar="REC", help="recording of an arm that touches the object here and there")
+    touch.add_argument("--cloud", metavar="FILE", help=".ply, .pcd or .xyz from `cloud`; the first of REC by default")
+    touch.add_argument("--extrinsics", required=True, help="YAML file with the pose by which the cloud was made")
+    touch.add_argument("--level", type=float, default=0.5, help="force from which on it touches [N] (default: 0.5)")
+    touch.add_argument("--tip-radius", type=float, default=0.0, help="of the ball at the tip [m] (default: 0)")
+    touch.add_argument("--keep-level", action="store_true", help="height and tilt are known: only heading and foot")
+    touch.add_argument("--out", required=True, help="YAML file to write")
     for command in (calibrate, cloud):
         command.add_argument("--recording", help=".db3 file instead of a camera")
         command.add_argument("--serial", help="of the camera; the first one by default")
         command.add_argument("--frames", type=int, default=30, help="how many to use, or to skip (cloud)")
     given = parser.parse_args(arguments)
     try:
-        (_calibrate if given.command == "calibrate" else _cloud)(given)
+        {"calibrate": _calibrate, "cloud": _cloud, "touch": _touch}[given.command](given)
     except MmtError as error:
         print(error, file=sys.stderr)
         return 2
@@ -83,6 +94,21 @@ def _cloud(given: argparse.Namespace) -> None:
         print(f"{apart} the detector's proxy comes through when one presses")
     offsets = [_offset(each.cloud.points()) for each in made]
     print(f"if that is the untouched object: detector.surface_offset={np.mean(offsets):.6f}")
+
+
+def _touch(given: argparse.Namespace) -> None:
+    said = Extrinsics.read(given.extrinsics)
+    recording = load(given.touches)
+    touches = touches_of(recording, level=given.level)
+    if given.cloud is None and not recording.clouds:
+        expected = "the cloud that the camera saw, or --cloud FILE"
+        raise BadInput(given.touches, at="clouds", found="none", expected=expected)
+    cloud = read_cloud(given.cloud) if given.cloud is not None else Cloud(recording.clouds[0][1])
+    found = calibrate_by_touch(
+        cloud, touches.positions, said, spread=touches.spread, tip_radius=given.tip_radius, keep_level=given.keep_level
+    )
+    found.extrinsics.write(given.out)
+    print("\n".join([f"{given.out}: {line}" if i == 0 else line for i, line in enumerate(found.lines())]))
 
 
 def _offset(points: NDArray[np.float64]) -> float:

@@ -117,6 +117,31 @@ def _about(grid: Grid, normals: Array, x: Vector, radius: float, face: Vector) -
     return total, (nx, ny, nz), 0.5 * (mean + own)
 
 
+def surface_near(cloud: Cloud, points: Array, faces: Array, radius: float) -> tuple[Array, Array]:
+    """How far points stand below a surface, and its normal there, by the formula above.
+
+    Args:
+        cloud: with normals.
+        points: (n, 3) [m], table frame; within the radius of the surface.
+        faces: (n, 3) a unit normal of the face that each is held against.
+        radius: within which points of the cloud count [m].
+
+    Returns:
+        (n,) depths [m], negative above the surface, NaN where no point counts; (n, 3) unit normals.
+
+    Raises:
+        BadInput: the cloud has no normals.
+    """
+    grid, normals = cloud.lowered(0.0)
+    depths, means = np.full(len(points), math.nan), np.array(faces, dtype=np.float64)
+    for i, (point, face) in enumerate(zip((points - cloud.translation).tolist(), faces.tolist(), strict=True)):
+        total, mean, along = _about(grid, normals, tuple(point), radius, tuple(face))
+        if total > 0.0 and length(mean) > 1e-3 * total:
+            depths[i] = along / total
+            means[i] = times(1.0 / length(mean), mean)
+    return depths, means
+
+
 def compile_touching_plane(settings: Array) -> None:
     """Compile what a detector with these settings (`ProxySettings.packed`) needs for clouds with normals."""
     cloud, memory, facet = Cloud(np.zeros((1, 3)), normals=[[0.0, 0.0, 1.0]]), new_memory(), np.zeros(FACET_SIZE)

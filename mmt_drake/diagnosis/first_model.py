@@ -27,7 +27,7 @@ from mmt_drake.diagnosis.search.watch import OnStage
 from mmt_drake.diagnosis.tell.first import FirstModel, FirstNumber, Told
 from mmt_drake.errors import BadInput, attempt
 from mmt_drake.model.parameters import NORMAL, FlexibleBoxModel, NormalContact
-from mmt_drake.model.structure import Units
+from mmt_drake.model.structure import Structure, Units
 from mmt_drake.model_files import Model, compared
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
@@ -138,7 +138,7 @@ class _Search:
         self.on_stage("intervals")
         assert prepared.fine is not None  # nothing was refused
         fine = replace(prepared.fine, coarse=1.0, tracks=with_floors(prepared.fine.tracks, minima[0].model))
-        nominal = said(fine, minima[0].hypothesis.nominal, prepared.skew)
+        nominal = _with_friction_said(fine, minima[0], prepared.skew)
         minima = self._fitted(fine, [(replace(f.hypothesis, nominal=nominal), f.x) for f in minima])
         ci = _hull(fine, minima)
         best = _simplest(fine, minima[0], ci)
@@ -163,6 +163,21 @@ class _Search:
             minima=len(_distinct(minima)),
             unnamed=unnamed,
         )
+
+
+def _with_friction_said(problem: Problem, best: Fitted, skew: float) -> Structure:
+    """The numbers that were looked about, with friction as a vector or for each axis: what fits better.
+
+    Neither they nor those that were found need be such as can be simulated at this rate: then nothing is said of it.
+    """
+    nominal = best.hypothesis.nominal
+    for model in (nominal, best.model):
+        found = attempt(said, problem, model, skew)
+        if isinstance(found, FlexibleBoxModel) and isinstance(nominal, FlexibleBoxModel):
+            return replace(nominal, in_plane=found.in_plane)
+        if found is not None:
+            return found
+    return nominal
 
 
 def _tolerated(problem: Problem, best: Fitted) -> float:
@@ -201,7 +216,9 @@ def _simplest(problem: Problem, best: Fitted, ci: Mapping[str, Interval]) -> Fit
     may_be = [s for s in best.hypothesis.free if ci[s][0] <= 0.0 <= ci[s][1]]
     tolerated = best.cost + _tolerated(problem, best)
     for symbol in sorted(may_be, key=lambda s: abs(best.hypothesis.structure_values(best.x)[s]) / np.ptp(ci[s])):
-        nominal = best.hypothesis.nominal.with_parameters(**{symbol: 0.0})
+        nominal = attempt(best.hypothesis.nominal.with_parameters, **{symbol: 0.0})
+        if nominal is None:  # a mass is never 0, however little is known of it
+            continue
         hypothesis = replace(best.hypothesis, nominal=nominal)
         start = hypothesis.vector(best.hypothesis.structure_values(best.x), {}, best.skew)
         without = attempt(problem.fit, hypothesis, start, steps=STEPS, converged_at=CONVERGED)

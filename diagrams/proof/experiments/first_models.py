@@ -20,6 +20,7 @@ from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession
 from mmt_drake.diagrams.proof.trial.plants import PLANTS
 from mmt_drake.diagrams.proof.trial.session import draw_session
+from mmt_drake.errors import attempt
 from mmt_drake.recording import Recording
 from mmt_drake.recording.check import completed
 
@@ -40,7 +41,7 @@ class FittedCase:
         truth: its numbers.
         told: what a fit says of each: value, interval and whether it is determined.
         explains: whether the fit leaves next to nothing but noise.
-        heldout, noise: error on held-out data, and that of noise alone.
+        heldout, noise: error on held-out data, and that of noise alone; None where the fit refused the recording.
         seconds: the fit took.
     """
 
@@ -49,8 +50,8 @@ class FittedCase:
     truth: dict[str, float]
     told: dict[str, dict[str, Any]]
     explains: bool
-    heldout: float
-    noise: float
+    heldout: float | None
+    noise: float | None
     seconds: float
 
     def holds(self) -> list[bool]:
@@ -64,7 +65,9 @@ def run_case(number: int, kind: str, seed: int) -> FittedCase:
     recording, truth = drawn_recording(np.random.default_rng((seed, number, KINDS.index(kind))), kind)
     begun = time.perf_counter()
     with workers(1) as executor:
-        found = fit([recording], executor=executor)
+        found = attempt(fit, [recording], executor=executor)
+    if found is None:
+        return FittedCase(number, kind, truth, {}, False, None, None, round(time.perf_counter() - begun, 1))
     told = {n.symbol: {"value": n.value, "ci95": n.ci95, "told": n.told} for n in found.numbers}
     seconds = round(time.perf_counter() - begun, 1)
     return FittedCase(number, kind, truth, told, found.explains, found.heldout[0], found.noise[0], seconds)
@@ -124,7 +127,7 @@ def report_of(cases: Sequence[FittedCase], seed: int = 0) -> Report:
         sentences=[
             f"{sum(holds)} of {len(holds)} numbers called determined lie in their 95 % intervals.",
             f"Where the force is 4 ms late, which the structure has no word for, {seen} of {len(late)} fits say that "
-            "they leave more than noise, and call no number determined.",
+            "they leave more than noise, or refuse, and call no number determined.",
         ],
         reached=[Reached(f"{len(holds)} numbers", TOLD_TRULY, missed)],
     )
@@ -137,6 +140,7 @@ def told_table(cases: Sequence[FittedCase]) -> Table:
         some = [case for case in cases if case.kind == kind]
         holds = [held for case in some for held in case.holds()]
         told = [n for case in some for n in case.told.values()]
+        ratios = [case.heldout / case.noise for case in some if case.heldout is not None and case.noise]
         widths = [
             50.0 * (n["ci95"][1] - n["ci95"][0]) / abs(n["value"])
             for n in told
@@ -150,7 +154,7 @@ def told_table(cases: Sequence[FittedCase]) -> Table:
                 f"{sum(holds)} of {len(holds)}",
                 float(np.median(widths)) if widths else None,
                 f"{sum(case.explains for case in some)} of {len(some)}",
-                float(np.median([case.heldout / case.noise for case in some])),
+                float(np.median(ratios)) if ratios else None,
                 float(np.median([case.seconds for case in some])),
             ]
         )

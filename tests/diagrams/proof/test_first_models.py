@@ -27,6 +27,18 @@ def test_the_numbers_of_a_drawn_system_lie_in_their_intervals(kind: str) -> None
     assert case.explains and len(case.holds()) >= 3 and all(case.holds())
 
 
+def test_a_mass_that_may_be_any_does_not_end_a_fit() -> None:
+    case = run_case(12, LATE, 0)
+    assert set(case.told) == set(case.truth)
+    assert case.told["m"]["told"] != "determined"
+
+
+def test_a_recording_that_a_fit_refuses_is_counted() -> None:
+    refused = FittedCase(0, LATE, {"k": 1.0}, {}, False, None, None, 3.0)
+    report = report_of((case("servo", 1.05, "determined"), refused))
+    assert "1 of 1 numbers" in report.sentences[0] and "1 of 1 fits" in report.sentences[1]
+
+
 def case(kind: str, truth: float, told: str, explains: bool = True) -> FittedCase:
     number = {"value": 1.0, "ci95": (0.9, 1.1), "told": told}
     return FittedCase(0, kind, {"k": truth}, {"k": number}, explains, 0.02, 0.01, 3.0)

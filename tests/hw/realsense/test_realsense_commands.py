@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 from realsense_samples import plane_depth, record, told
 
-from mmt_drake.cloud import ProxySettings
-from mmt_drake.cloud.files import read_cloud
+from mmt_drake.cloud import Cloud, ProxySettings
+from mmt_drake.cloud.files import read_cloud, write_cloud
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.hw.realsense.__main__ import main
 from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
+from mmt_drake.recording import Recording
+from mmt_drake.surfaces import HeightField
 
 
 def test_from_a_recording_of_the_table_to_a_cloud_in_its_frame(
@@ -49,3 +53,38 @@ def test_what_is_missing_is_one_line_and_status_2(
     assert said.err.count("\n") == 1
     assert "none.db3" in said.err
     assert not (tmp_path / "x.yaml").exists()
+
+
+def test_touches_of_a_run_give_the_pose_of_the_camera_that_saw_its_object(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A hand presses an organ at 28 places; who calibrates has the recording, and a cloud by a wrong pose."""
+    places = np.random.default_rng(0).uniform(-0.06, 0.06, (29, 2))
+    time = 1e-3 * np.arange(28_000)
+    part = np.clip(time % 1.0 * 2.0, 0.0, 1.0)[:, None]  # half a second's way in the air, then a press
+    here = places[:-1].repeat(1000, axis=0) * (1.0 - part) + places[1:].repeat(1000, axis=0) * part
+    height = np.where(time % 1.0 < 0.5, 0.003, 0.003 - 0.006 * np.sin(2.0 * np.pi * (time % 1.0 - 0.5)))
+    hand = Recording(time, {"position_x": here[:, 0], "position_y": here[:, 1], "position_z": height}, "presses")
+    recorded = tmp_path / "run.mcap"
+    organ = load_scenario("setup1", ["environment.surface=!HeightField {}", "clouds=none"])
+    build_station(organ, record=recorded, operator=hand).simulate(28.0)
+
+    true = Extrinsics.from_matrix(np.diag([1.0, -1.0, -1.0]), [0.0, 0.0, 0.6])
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    said, place, top = (
+        Extrinsics.from_matrix(turn @ true.rotation(), [0.01, 0.02, 0.6]),
+        *(str(tmp_path / name) for name in ("camera.yaml", "organ.ply")),
+    )
+    said.write(place)
+    seen = (HeightField().cloud(10_000).points() - true.position) @ true.rotation()
+    write_cloud(Cloud(seen @ said.rotation().T + said.position), top)
+    given = ["touch", str(recorded), "--extrinsics", place, "--out", place]
+    assert main(given) == 2
+    assert "found none, expected the cloud that the camera saw" in capsys.readouterr().err
+    assert Extrinsics.read(place) == said
+    assert main([*given, "--cloud", top, "--keep-level"]) == 0
+    told = capsys.readouterr().out
+    assert "28 touches, 0." in told and "\nheading: -" in told
+    found = Extrinsics.read(place)
+    np.testing.assert_allclose(found.position, true.position, atol=2e-3)
+    np.testing.assert_allclose(found.rotation(), true.rotation(), atol=0.03)
