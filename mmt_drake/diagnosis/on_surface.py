@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.confirm import is_confirmed
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.on_surface import believed_of
+from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.places import Explained, Scan
 from mmt_drake.diagnosis.fit.prepare import Prepared
@@ -26,8 +28,12 @@ from mmt_drake.diagnosis.search.surfaces import SurfaceSearch
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of
+from mmt_drake.diagnosis.tell.summary import summary_of
 from mmt_drake.effects.effect import Effect
 from mmt_drake.model.surface_contact import SurfaceContact
+
+_TOLD = 0.5
+"""A stiffness is told if its interval is less than this part of it."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +100,7 @@ class SurfaceSession:
             if ruler.of(self.model) < ruler.fitted(refit):
                 best_fit = problem.at(refit.hypothesis, refit.hypothesis.base())
             judgement = replace(nothing, best=best_fit, shares=self._shares(nothing, best_fit, ()))
-        return outcome_of(self.prepared, self.model, judgement)
+        return _with_what_is_untold(outcome_of(self.prepared, self.model, judgement), problem)
 
     def _named(
         self, nothing: Judgement, scan: Scan, explained: Sequence[Explained], fits: Sequence[Fitted]
@@ -133,6 +139,24 @@ class SurfaceSession:
             if len(f.hypothesis.key) == len(best.hypothesis.key) - 1
         }
         return budget(nothing.ruler, self.model, best, wrong, without)
+
+
+def _with_what_is_untold(outcome: Outcome, problem: Problem) -> Outcome:
+    """The outcome, and a word on the stiffness where the tip presses too evenly to tell it."""
+    best = outcome.best
+    if best is None or "k" not in best.hypothesis.free:
+        return outcome
+    at = best.hypothesis.free.index("k")
+    (low, high), value = intervals(problem, best)[at], float(best.x[at])
+    if high - low < _TOLD * value and "k" not in at_bounds(best):
+        return outcome
+    text = (
+        f"The tip presses so evenly that these recordings do not tell how stiff the contact is: k may be anywhere from "
+        f"{low:.3g} to {high:.3g} N/m or beyond. Press lightly and hard at the same places."
+    )
+    told = outcome.diagnosis
+    told = replace(told, preflight=(Finding("stiffness_untold", "warn", text), *told.preflight))
+    return replace(outcome, diagnosis=replace(told, summary=summary_of(told)))
 
 
 def _one_noise(problem: Problem) -> Problem:
