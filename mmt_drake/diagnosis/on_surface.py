@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
@@ -31,6 +32,7 @@ from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of
 from mmt_drake.diagnosis.tell.summary import summary_of
 from mmt_drake.effects.effect import Effect
 from mmt_drake.model.surface_contact import SurfaceContact
+from mmt_drake.numeric.arrays import Array
 
 _TOLD = 0.5
 """A stiffness is told if its interval is less than this part of it."""
@@ -100,7 +102,8 @@ class SurfaceSession:
             if ruler.of(self.model) < ruler.fitted(refit):
                 best_fit = problem.at(refit.hypothesis, refit.hypothesis.base())
             judgement = replace(nothing, best=best_fit, shares=self._shares(nothing, best_fit, ()))
-        return _with_what_is_untold(outcome_of(self.prepared, self.model, judgement), problem)
+        unseen = _unseen(scan, explained, judgement.best)
+        return _with_findings(outcome_of(self.prepared, self.model, judgement), problem, unseen)
 
     def _named(
         self, nothing: Judgement, scan: Scan, explained: Sequence[Explained], fits: Sequence[Fitted]
@@ -141,8 +144,35 @@ class SurfaceSession:
         return budget(nothing.ruler, self.model, best, wrong, without)
 
 
-def _with_what_is_untold(outcome: Outcome, problem: Problem) -> Outcome:
-    """The outcome, and a word on the stiffness where the tip presses too evenly to tell it."""
+def _unseen(scan: Scan, explained: Sequence[Explained], best: Fitted) -> Finding:
+    """How well what is delivered predicts times and places that its fit has not seen, and how well nothing added does.
+
+    RMS of the three forces' errors [N], the mean over the axes.
+    """
+    floor = float(np.mean([track.floor for track in scan.surface.problem.tracks]))
+
+    def rms(residual: Array) -> float:
+        return floor * float(np.sqrt(np.mean(residual**2)))
+
+    chosen = next((one for one in explained if one.hypothesis.key == best.hypothesis.key), explained[0])
+    figures = {
+        "time_N": rms(chosen.by_time),
+        "place_N": rms(chosen.by_place),
+        "nothing_time_N": rms(explained[0].by_time),
+        "nothing_place_N": rms(explained[0].by_place),
+    }
+    told = {name: significant(value, 3) for name, value in figures.items()}
+    text = (
+        f"Times left out in turn are predicted to {told['time_N']} N RMS "
+        f"({told['nothing_time_N']} N with nothing added), places to {told['place_N']} N ({told['nothing_place_N']} N)."
+    )
+    return Finding("unseen", "note", text, figures)
+
+
+def _with_findings(outcome: Outcome, problem: Problem, unseen: Finding) -> Outcome:
+    """The outcome with what unseen times and places say, and a word on a stiffness that an even pressure hides."""
+    told = outcome.diagnosis
+    outcome = replace(outcome, diagnosis=replace(told, preflight=(*told.preflight, unseen)))
     best = outcome.best
     if best is None or "k" not in best.hypothesis.free:
         return outcome
