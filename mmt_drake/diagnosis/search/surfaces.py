@@ -51,10 +51,12 @@ class SurfaceSearch:
         """How the recordings are cut, and every set of effects that was tried, that of none first."""
         known = {e.name: e for e in self.library if self.base.hypothesis.admits(e)}
         scan = self._as_smooth_as_predicts(known) if SHAPE in known else Scan.of(SurfaceFit(self.problem))
-        rubbing = [(), *((name,) for name in RUBBING if name in known)]
-        shapes = [(), *(((SHAPE,),) if SHAPE in known else ())]
-        sets = [(*shape, *rubs) for shape in shapes for rubs in rubbing]
-        sets += [(TURNED, *rubs) for rubs in rubbing[:2]] if TURNED in known else []
+        rubbing = [*((name,) for name in RUBBING if name in known), ()]
+        # Those that explain most come first: there may be no time for all.
+        sets: list[tuple[str, ...]] = [()]
+        sets += [(SHAPE, *rubs) for rubs in rubbing] if SHAPE in known else []
+        sets += rubbing[:-1]
+        sets += [(TURNED, *rubs) for rubs in dict.fromkeys((rubbing[0], ()))] if TURNED in known else []
         begun = [self._begun(names, known) for names in sets]
         found = self._tried(scan, [(*start, self._level(scan.surface, start[0])) for start in begun])
         best = min(found, key=lambda e: e.unseen_cost, default=None)
