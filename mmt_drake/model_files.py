@@ -16,13 +16,14 @@ from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, InPlane, NormalContact
 from mmt_drake.model.structure import Additions, Handed, Initial, PositionOut, Structure, Units
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.over import parsed, written
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
 
-Model = FlexibleBoxModel | KelvinVoigt | DrivenBodyModel | TransmissionModel
+Model = FlexibleBoxModel | KelvinVoigt | SurfaceContact | DrivenBodyModel | TransmissionModel
 Modelled = TypeVar("Modelled", bound=Structure)
 Moved = TypeVar("Moved", bound=PositionOut)
 
@@ -30,6 +31,7 @@ Moved = TypeVar("Moved", bound=PositionOut)
 _STRUCTURES = {
     "flexible_box": ("normal", "friction"),
     "kelvin_voigt": (),
+    "surface_contact": (),
     "driven_body": ("gravity", "controller", "window_s", "initial"),
     "transmission": ("window_s", "initial"),
 }
@@ -64,6 +66,8 @@ def parse_model(data: object, source: str = "model") -> Model:
         model = _driven_body(data, parameters, source)
     elif structure == "transmission":
         model = _begun(_needing(TransmissionModel, "ratio", parameters, source), data, source)
+    elif structure == "surface_contact":
+        model = fill(SurfaceContact, parameters, source, "parameters")
     else:
         model = fill(KelvinVoigt, parameters, source, "parameters")
     if data.get("units") is not None:

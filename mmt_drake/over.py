@@ -20,6 +20,7 @@ from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.over import RECORDING, Course, Over
 from mmt_drake.model.parameters import COURSE, FD, FS, MAX_STEP, PLANAR, FlexibleBoxModel
 from mmt_drake.model.structure import Structure
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
@@ -86,10 +87,10 @@ def under(model: Model, known: Conditions, time: Array, source: str) -> Model:
     result = _settled(model, values)
     if not moving:
         return result
-    if isinstance(model, FlexibleBoxModel):
+    if isinstance(model, FlexibleBoxModel | SurfaceContact):
         found = f"a {moving[0][0].of} that changes within the recording"
         raise BadInput(
-            source, at=f"over.{moving[0][0].number}", found=found, expected="one value of it, for a flexible_box"
+            source, at=f"over.{moving[0][0].number}", found=found, expected=f"one value of it, for a {model.NAME}"
         )
     return result.with_additions(course=_course(model, result, values, moving, time))
 

@@ -7,11 +7,12 @@ from itertools import pairwise
 import numpy as np
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model import driven_body, flexible_box, kelvin_voigt, surface_contact
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import MAX_STEP, FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut, Structure
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.over import in_recording
@@ -47,6 +48,10 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     delay = model.additions.delay
     if isinstance(model, FlexibleBoxModel):
         return _box(model, recording, delay)
+    if isinstance(model, SurfaceContact) and recording.kind in ("contact", "motion"):
+        found = np.empty((len(recording), 6))
+        surface_contact.replay(*probe_motion(recording, delay), model.kernel_vector(), found)
+        return {f"force_{axis}": found[:, i].copy() for i, axis in enumerate(AXES)}
     if isinstance(model, KelvinVoigt) and recording.kind == "single_axis":
         time, position, velocity = probe_motion(recording, delay)
         force = np.empty(len(recording))

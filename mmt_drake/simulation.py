@@ -12,6 +12,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model
 from mmt_drake.motion.delay import delayed_flag
 from mmt_drake.numeric.arrays import Array
@@ -22,6 +23,7 @@ from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.recorded_operator import RecordedOperator
+from mmt_drake.systems.surface_contact import SurfaceContactSystem
 
 
 def simulate(model: Model, recording: Recording) -> Recording:
@@ -31,7 +33,8 @@ def simulate(model: Model, recording: Recording) -> Recording:
 
     Args:
         model: a flexible box (three axes; or one tangential axis, in contact throughout unless `in_contact` says
-            otherwise), a Kelvin-Voigt contact (one axis), a driven body or a transmission (input and output).
+            otherwise), a Kelvin-Voigt contact (one axis), a tip on a surface (three axes), a driven body or a
+            transmission (input and output).
         recording: with a probe's position, or a driven body's input. Contact is its `in_contact` where it has one,
             else z < 0. An output starts where the recorded one does, or from a state fitted to that
             (`Structure.initial`).
@@ -99,7 +102,7 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     time, position, velocity = probe_motion(recording, model.additions.delay)
     builder = DiagramBuilder()
     hand = builder.AddNamedSystem("operator", RecordedOperator(time, position, velocity))
-    environment: FlexibleBox | KelvinVoigtContact
+    environment: FlexibleBox | KelvinVoigtContact | SurfaceContactSystem
     if isinstance(model, FlexibleBoxModel):
         recorded = "in_contact" in recording
         environment = builder.AddNamedSystem("environment", FlexibleBox(model, period=0.0, told_contact=recorded))
@@ -108,6 +111,8 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
             flag = PiecewisePolynomial.ZeroOrderHold(time, contact[np.newaxis])
             source = builder.AddNamedSystem("recorded_contact", TrajectorySource(flag))
             builder.Connect(source.get_output_port(), environment.GetInputPort("contact"))
+    elif isinstance(model, SurfaceContact):
+        environment = builder.AddNamedSystem("environment", SurfaceContactSystem(model, period=0.0))
     else:
         environment = builder.AddNamedSystem("environment", KelvinVoigtContact(model, period=0.0))
     builder.Connect(hand.GetOutputPort("motion"), environment.GetInputPort("motion"))
@@ -139,6 +144,8 @@ def _check_fit(model: Model, recording: Recording) -> None:
         good, wants = recording.kind == "driven_body", "time, input, output"
     elif isinstance(model, KelvinVoigt):
         good, wants = recording.kind == "single_axis", "time, position, force"
+    elif isinstance(model, SurfaceContact):
+        good, wants = recording.kind in ("contact", "motion"), "time, position_x, position_y, position_z, force_x ..."
     else:
         good, wants = recording.kind != "driven_body", "time, position_x, position_y, position_z, force_x ..."
     if not good:

@@ -23,10 +23,11 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model.transmission import TransmissionModel
 
 INDEX: Final = "README.md"
-STRUCTURES: Final = (FlexibleBoxModel, KelvinVoigt, DrivenBodyModel, TransmissionModel)
+STRUCTURES: Final = (FlexibleBoxModel, KelvinVoigt, SurfaceContact, DrivenBodyModel, TransmissionModel)
 
 _CONFUSED = "Easily confused with:"
 _ITEM = re.compile(r"^- `(\w+)`: (.+?)(?=^- |\Z)", re.MULTILINE | re.DOTALL)
@@ -113,13 +114,14 @@ def _page(
 ) -> str:
     needs = effect.needs if effect.adds_to in (None, "Fc") else (*effect.needs, effect.adds_to)
     alone = [s for s in STRUCTURES if not effect.twin_of or "z" in s.AXES]
-    able = [s for s in alone if all(symbol in s.SYMBOLS for symbol in needs)]
+    taken = [s for s in alone if s.TAKES is None or effect.name in s.TAKES]
+    able = [s for s in taken if all(symbol in s.SYMBOLS for symbol in needs)]
     structures = [s.NAME for s in able if effect.block == "any" or effect.block in s.BLOCKS]
     facts = [f"Block `{effect.block}`: {_BLOCKS[effect.block]}"]
     facts += ["along the surface normal"] if effect.axis == "z" else []
     facts += [f"takes the place of `{effect.replaces}`"] if effect.replaces is not None else []
     facts += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
-    facts += [f"only where `{symbol}` is not 0" for symbol in effect.needs]
+    facts += [f"only where `{symbol}` is not 0" for symbol in effect.needs if symbol != "surface"]
     facts += ["of a transmission only where `m` is not 0"] if effect.inertial and "transmission" in structures else []
     facts += ["never puts energy into the motion"] if effect.passive else []
     parts = [

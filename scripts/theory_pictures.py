@@ -22,6 +22,7 @@ from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Structure
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
@@ -75,6 +76,11 @@ SHOWN: Final[Mapping[str, Values]] = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.0},
     "time_delay": {"delay": 0.03},
+    "probe_slip": {"mu": 0.3},
+    "surface_shape": {
+        "x": (-0.03, 0.0, 0.03, 0.06), "y": (-0.03, 0.0, 0.03, 0.06),
+        "height": (-0.003,) * 4 + (0.0,) * 4 + (-0.001,) * 4 + (-0.004,) * 4, "deviation": (1e-4,) * 16,
+    },
     "frame_misalignment": {"rx": 0.1, "ry": 0.0, "rz": 0.0},
     "gear_play": {"gap": 0.006},
     "dead_band": {"width": 0.8},
@@ -136,13 +142,15 @@ def picture(effect: Effect) -> Picture | None:
     values = SHOWN.get(effect.name) or next(iter(effect.starts(SCALES)), None)
     if values is None:
         return None
-    single = {symbol: value for symbol, value in values.items() if not isinstance(value, str | tuple)}
+    single = {symbol: value for symbol, value in values.items() if not isinstance(value, str | tuple | list)}
     units = {parameter.symbol: parameter.unit for parameter in effect.parameters}
     units |= {symbol: "" for symbol, unit in units.items() if unit == "1"}
     numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in single.items())
     block = effect.block if effect.block_of is None else effect.block_of(values)
     in_a_box = block in BOX.BLOCKS and set(effect.needs) <= {"normal_k"}
-    if effect.axis == "z":
+    if effect.name in _ON_SURFACE:
+        panels = [_ACROSS, _RIDGE]
+    elif effect.axis == "z":
         panels = [_DEPTH, _PRESSED]
     else:
         panels = [_CURVES[block], _RESPONSE] if in_a_box else [_GEARS if "ratio" in effect.needs else _PENDULUM]
@@ -216,6 +224,10 @@ def _over_time(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array
     return recording.time, answer["force_y"]
 
 
+def _along(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
+    return 1e3 * recording["position_y"], answer["force_y"]
+
+
 def _pressed(recording: Recording, answer: Mapping[str, Array]) -> tuple[Array, Array]:
     return recording.time, answer["force_z"]
 
@@ -256,6 +268,16 @@ _PRESSED: Final = _Panel(
 _DEPTH: Final = _Panel(
     BOX, _strokes(), _over_depth, "depth [mm]", "normal force [N]", "the normal force over the depth of these presses",
 )  # fmt: skip
+_TIP: Final = SurfaceContact(k=400.0, b=6.0)
+_ACROSS: Final = _Panel(
+    _TIP, _strokes(), _along, "along the surface [mm]", "tangential force [N]",
+    "a tip strokes over a surface on which it glides freely, the tangential force over the way",
+)  # fmt: skip
+_RIDGE: Final = _Panel(
+    _TIP, _strokes(), _over_time, "time [s]", "tangential force [N]",
+    "the same over time, lifted off from 1.9 to 2.1 s",
+)  # fmt: skip
+_ON_SURFACE: Final = ("probe_slip", "surface_shape")
 _SENSOR: Final = _Panel(
     BOX, _strokes(), _over_true_force, "true force [N]", "recorded force [N]", "what is recorded of a force",
 )  # fmt: skip

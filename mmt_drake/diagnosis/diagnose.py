@@ -24,6 +24,7 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import workers
+from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import tables, worth_while
@@ -38,6 +39,7 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.model.structure import Structure
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model, compared, model_data
 from mmt_drake.over import with_knots
 from mmt_drake.recording import Recording
@@ -108,6 +110,10 @@ def diagnose(
     every = LIBRARY.values() if library is None else library
     effects = [e.within(model) for e in every if e.name != "tabulated_force"]
     watch = Watch(on_stage, time_budget)
+    if isinstance(model, SurfaceContact):
+        surface = SurfaceSession(prepared, prepared.problem, model, effects, executor, watch)
+        with threadpool_limits(limits=1, user_api="blas"):
+            return _timed(surface.run(), begun)
     session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, watch, Polish(executor))
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):

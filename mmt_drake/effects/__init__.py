@@ -50,6 +50,8 @@ for _name in (
     "force_saturation",
     "periodic_disturbance",
     "time_delay",
+    "probe_slip",
+    "surface_shape",
     "frame_misalignment",
     "gear_play",
     "dead_band",

@@ -230,7 +230,10 @@ class Effect:
 
     def acts_on(self, model: Structure) -> bool:
         """Whether a model has what the effect acts on: its block, what it adds to, and the numbers that it `needs`."""
-        return self.block in ("any", *model.BLOCKS) and self._lacking(model) is None
+        return self.block in ("any", *model.BLOCKS) and self._is_taken_by(model) and self._lacking(model) is None
+
+    def _is_taken_by(self, model: Structure) -> bool:
+        return model.TAKES is None or self.name in model.TAKES
 
     def _lacking(self, model: Structure) -> str | None:
         """A common symbol that it acts on and that a model has not, or has 0."""
@@ -265,6 +268,9 @@ class Effect:
         if block not in model.BLOCKS:
             found = f"an effect of the block {block} in a {model.NAME}"
             raise BadInput(source, found=found, expected=f"one of {', '.join(model.BLOCKS)}")
+        if not self._is_taken_by(model):
+            found, expected = f"{self.name} in a {model.NAME}", f"one of {', '.join(model.TAKES or ())}"
+            raise BadInput(source, found=found, expected=expected)
         if (symbol := self._lacking(model)) is not None:
             raise BadInput(source, found=f"{self.name} in a model without {symbol}", expected=f"{symbol} not 0")
         if self.check is not None:

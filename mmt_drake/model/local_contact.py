@@ -137,8 +137,13 @@ def touching(facet: Facet, at: Vector, rate: Vector, d: Vector, body: Vector, p:
 
 @njit(error_model="numpy", forceinline=True)
 def _share(mu: float, normal: float, tangential: float) -> float:
-    limit = mu * normal if normal > 0.0 else 0.0
-    return 1.0 if mu == math.inf or tangential <= limit else limit / tangential
+    return 1.0 if mu == math.inf else let_through(mu * normal if normal > 0.0 else 0.0, tangential)
+
+
+@njit(error_model="numpy", forceinline=True)
+def let_through(limit: float, tangential: float) -> float:
+    """The part of a tangential force [N] that friction of a level [N] lets through, at most 1."""
+    return 1.0 if tangential <= limit else limit / tangential
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -148,15 +153,15 @@ def force_of(touch: Touch, n: Vector) -> Vector:
 
 
 @njit(error_model="numpy")
-def carried(d: Vector, touch: Touch, h: float, p: Constants) -> Vector:
+def carried(d: Vector, touch: Touch, h: float, k: float, b: float) -> Vector:
     """The deflection after h [s] in which the tip slipped, where it did: the anchor follows along T.
 
-    Spring and damper are in a row with the friction: what exceeds it, E - mu N, slips by (E - mu N) h/(b2 + k2 h),
-    the step of Euler backwards; without a damper the deflection comes back to the limit.
+    Spring k [N/m] and damper b [N s/m] are in a row with the friction: what exceeds it, E - mu N, slips by
+    (E - mu N) h/(b + k h), the step of Euler backwards; without a damper the deflection comes back to the limit.
     """
     if touch.limited == 1.0:
         return d
-    gives = p.b2 + p.k2 * h
+    gives = b + k * h
     return minus(d, times((1.0 - touch.limited) * h / gives, touch.tangential)) if gives > 0.0 else d
 
 

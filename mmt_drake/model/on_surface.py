@@ -125,7 +125,7 @@ def advance_on(state: Array, t: float, motion: Array, contact: float, facet: Fac
     if is_in:
         d = turned(box.deflection_of(state), facet.n)
         _put_anchor(state, tip, d)
-        _put_anchor(state, tip, carried(d, box.touch_of(state, c), h, c))
+        _put_anchor(state, tip, carried(d, box.touch_of(state, c), h, c.k2, c.b2))
 
 
 @njit(error_model="numpy")

@@ -30,6 +30,9 @@ ABSENT = {
     "gain": 1.0,
     "pendulum": 0.0,
     "ratio": 0.0,
+    "height": 0.0,
+    "surface": 0.0,
+    "mu": 0.0,
 }
 
 Initial = Literal["rest", "fitted"]
@@ -176,8 +179,9 @@ class Structure(Checked):
 
     A structure's numbers go by the same symbols everywhere: m, Fc, b, k (friction and spring to the world), k2, b2 (the
     contact spring and damper), normal_k, normal_b, normal_m (those of the axis along the surface normal, and what they
-    move: nothing), gain (force per unit of the input), ratio (position per unit of the input), g (constant
-    gravity along the output) and pendulum (the moment of gravity on it). What stands for each is said by `SYMBOLS`.
+    move: nothing), height and mu (of a surface, and the friction of a tip on it), surface (1 where there is one), gain
+    (force per unit of the input), ratio (position per unit of the input), g (constant gravity along the output) and
+    pendulum (the moment of gravity on it). What stands for each is said by `SYMBOLS`.
     """
 
     NAME: ClassVar[str]
@@ -190,6 +194,8 @@ class Structure(Checked):
     """Those of them that are known better from elsewhere: fitted only where they alone explain what was recorded."""
     AXES: ClassVar[tuple[Axis, ...]] = ("",)
     """Along which laws may act."""
+    TAKES: ClassVar[tuple[str, ...] | None] = None
+    """Effects of its blocks that act in it; None: all of them."""
     ALWAYS: ClassVar[tuple[str, ...]] = ()
     """Its own numbers that are fitted where they are 0, too: 0 does not say that they were left out."""
     additions: Additions = field(default=Additions(), metadata={"in_files": False})

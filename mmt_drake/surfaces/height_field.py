@@ -12,6 +12,7 @@ from numba import njit
 
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.bicubic import bends, slopes, weights
 from mmt_drake.quantities import Length
 from mmt_drake.surfaces import layout
 from mmt_drake.surfaces.layout import OWN
@@ -110,36 +111,15 @@ def _organ(spacing: float) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _weights(t: float) -> tuple[float, float, float, float]:
-    """Of four neighbours at -1, 0, 1 and 2 (Catmull-Rom)."""
-    return (
-        t * (-0.5 + t * (1.0 - 0.5 * t)),
-        1.0 + t * t * (-2.5 + 1.5 * t),
-        t * (0.5 + t * (2.0 - 1.5 * t)),
-        t * t * (-0.5 + 0.5 * t),
-    )
-
-
-@njit(cache=True, error_model="numpy")
-def _slopes(t: float) -> tuple[float, float, float, float]:
-    return (-0.5 + t * (2.0 - 1.5 * t), t * (-5.0 + 4.5 * t), 0.5 + t * (4.0 - 4.5 * t), t * (-1.0 + 1.5 * t))
-
-
-@njit(cache=True, error_model="numpy")
-def _bends(t: float) -> tuple[float, float, float, float]:
-    return 2.0 - 3.0 * t, -5.0 + 9.0 * t, 4.0 - 9.0 * t, -1.0 + 3.0 * t
-
-
-@njit(cache=True, error_model="numpy")
 def height_of(surface: Array, u: float, v: float) -> tuple[float, float, float, float, float, float]:
     """Of a height field at (u, v) from its origin [m]: height, slopes along both, second derivatives uu, uv, vv."""
     columns, rows, spacing = int(surface[_COLUMNS]), int(surface[_ROWS]), surface[_SPACING]
     x = min(max((u + surface[_HALF_X]) / spacing, 0.0), columns - 1.0)
     y = min(max((v + surface[_HALF_Y]) / spacing, 0.0), rows - 1.0)
     i, j = min(math.floor(x), columns - 2), min(math.floor(y), rows - 2)
-    wx, wy = _weights(x - i), _weights(y - j)
-    sx, sy = _slopes(x - i), _slopes(y - j)
-    bx, by = _bends(x - i), _bends(y - j)
+    wx, wy = weights(x - i), weights(y - j)
+    sx, sy = slopes(x - i), slopes(y - j)
+    bx, by = bends(x - i), bends(y - j)
     h = hx = hy = hxx = hxy = hyy = 0.0
     for b in range(4):
         row = _FIRST + min(max(j + b - 1, 0), rows - 1) * columns

@@ -4,11 +4,12 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from mmt_drake.effects import LIBRARY
-from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model import driven_body, flexible_box, kelvin_voigt, surface_contact
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import PositionOut
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.motion.delay import delayed_input, delayed_motion
 
@@ -16,6 +17,7 @@ TIME = np.arange(3500) * 1e-3
 MODELS = {
     "flexible_box": FlexibleBoxModel(BoxParameters(m=0.8, k1=0, k2=400, b1=5, b2=20, Fc=0.3), NormalContact(600, 20)),
     "kelvin_voigt": KelvinVoigt(k=400, b=20),
+    "surface_contact": SurfaceContact(k=600, b=20),
     "driven_body": DrivenBodyModel(m=0.8, b=5, k=60, Fc=0.3, gravity=Gravity("pendulum", 4.0)),
     "transmission": TransmissionModel(ratio=0.5, offset=0.004, k=60, b=3, m=0.05, c=2, Fc=0.1),
     "transmission without mass": TransmissionModel(ratio=-0.5, offset=0.004, k=300, c=9, Fc=0.1),
@@ -62,6 +64,11 @@ SOME = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.5},
     "time_delay": {"delay": 0.0153},
+    "probe_slip": {"mu": 0.3},
+    "surface_shape": {
+        **{"x": [-0.1, 0.1], "y": [-0.1, 0.0, 0.1]},
+        **{"height": [-0.004, 0.004, 0.0, 0.001, -0.002, 0.003], "deviation": [1e-4] * 6},
+    },
     "frame_misalignment": {"rx": 0.1, "ry": -0.15, "rz": 0.2},
     "gear_play": {"gap": 0.004},
     "dead_band": {"width": 0.8},
@@ -115,6 +122,11 @@ def respond(model, max_step=np.inf, rates=False, to=""):
         force = np.empty(n)
         kelvin_voigt.replay(TIME, position[:, 1].copy(), velocity[:, 1].copy(), LOAD, p, force)
         return (force, -force * velocity[:, 1]) if rates else force
+    if isinstance(model, SurfaceContact):
+        found = np.empty((n, 6))
+        surface_contact.replay(TIME, position, velocity, p, found)
+        force = found[:, :3].T.ravel()
+        return (force, -np.sum(found[:, :3] * velocity, axis=1)) if rates else force
     force, body = np.empty((n, 3)), np.empty((n, 4))
     contact = np.full(n, flexible_box.CONTACT_BY_GEOMETRY)
     flexible_box.replay(TIME, position, velocity, contact, p, force, body)

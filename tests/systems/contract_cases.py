@@ -22,6 +22,7 @@ from mmt_drake.foreign.options import ForeignSensors
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering import impedance
@@ -52,6 +53,7 @@ from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
+from mmt_drake.systems.surface_contact import SurfaceContactSystem
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 from mmt_drake.systems.yielding_hand import YieldingHand
 from mmt_drake.viewer.viewer import Viewer
@@ -181,6 +183,7 @@ CASES: dict[str, Case] = {
         )
     ),
     "DrivenBody": Case(lambda folder: DrivenBody(with_effects(DrivenBodyModel(m=0.5, b=2.0, k=30.0, Fc=0.1)))),
+    "SurfaceContactSystem": Case(lambda folder: SurfaceContactSystem(SurfaceContact(k=300.0, b=20.0, mu=0.3))),
     "KelvinVoigtContact": Case(lambda folder: KelvinVoigtContact(with_effects(KelvinVoigt(k=300.0, b=20.0)))),
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(

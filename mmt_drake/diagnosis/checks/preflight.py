@@ -15,6 +15,7 @@ from mmt_drake.diagnosis.signals.touches import raw_flags
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.structure import PositionOut
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
@@ -64,6 +65,8 @@ def check_belongs(recording: Recording, model: Model) -> None:
         good, wants = recording.kind == "driven_body", "time, input, output"
     elif isinstance(model, KelvinVoigt):
         good, wants = recording.kind == "single_axis", "time, position, force"
+    elif isinstance(model, SurfaceContact):
+        good, wants = recording.kind == "contact", "time, position_x, position_y ... force_x ..."
     else:
         good, wants = recording.kind in ("contact", "single_axis"), "time, position_x, position_y ... force_x ..."
     if not good:
@@ -96,6 +99,8 @@ def preflight(recording: Recording, model: Model) -> Preflight:
     if used:
         noise_z = smoothed.noise["position_z"].std if smoothed.kind == "contact" else 0.0
         columns = tuple(channels.outputs[i] for i in used)
+        if isinstance(model, SurfaceContact):
+            columns = channels.outputs[2:]  # a tip that glides freely over a level surface feels nothing else
         channel = dict.fromkeys(columns, True) | ({"force_z": False} if smoothed.kind == "contact" else {})
         sensors = channel_findings(recording, channel, raw_flags(recording, noise_z))
         conventions = _conventions(recording, model, smoothed, used, sensors)

@@ -13,6 +13,7 @@ from mmt_drake.diagnosis.checks.sensors import clipped
 from mmt_drake.diagnosis.fit.box_tracks import NORMAL_COLUMN, BoxTrack, NormalTrack
 from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.problem import Problem, split
+from mmt_drake.diagnosis.fit.surface_track import SurfaceTrack
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, SpringTrack, Track
 from mmt_drake.diagnosis.fit.window_length import window_length
 from mmt_drake.diagnosis.signals.clocks import near
@@ -22,6 +23,7 @@ from mmt_drake.effects.effect import Scales
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.structure import Initial, PositionOut, Structure
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.over import conditions
@@ -108,6 +110,8 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
                 finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
                 same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
                 columns = [*check.outputs, *([NORMAL_COLUMN] if smoothed.kind == "contact" else [])]
+                if isinstance(model, SurfaceContact):
+                    columns = [0, 1, NORMAL_COLUMN]  # a slope pushes where nothing moves
                 own = (_track(model, recording, finer, column, same, window_s, initial) for column in columns)
                 found += [track for track in own if not isinstance(track, NormalTrack) or _presses(track)]
     if not tracks or any(check.reason is not None for check in checks):
@@ -150,6 +154,8 @@ def _track(
         if window_s is not None:
             heldout = in_blocks(smoothed.time, held_blocks(blocks_of(recording.time, window_s)))
         return DrivenTrack(smoothed, column, heldout, beside=beside, window_s=window_s, initial=initial, load=load)
+    if isinstance(model, SurfaceContact):
+        return SurfaceTrack(smoothed, column, heldout, beside=beside)
     if isinstance(model, KelvinVoigt):
         return SpringTrack(smoothed, column, heldout, beside=beside)
     kind = NormalTrack if smoothed.kind == "contact" and column == NORMAL_COLUMN else BoxTrack

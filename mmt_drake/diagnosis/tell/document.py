@@ -28,7 +28,6 @@ from mmt_drake.diagnosis.tell.result import (
 )
 from mmt_drake.effects import tabulated_force
 from mmt_drake.errors import attempt
-from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.windows import blocks_of
 
@@ -45,7 +44,7 @@ def figures(held: HeldOutPart, models: tuple[Structure, Structure, Structure]) -
     Raises:
         MmtError: the simulation of the recording diverges.
     """
-    axes = held.axes if isinstance(models[0], FlexibleBoxModel) and held.recording.kind == "contact" else ()
+    axes = held.axes if held.recording.kind == "contact" else ()
     errors = HeldoutNrmse(*map(held.nrmse, models))
     by_axis = tuple(_along(held._replace(axes=(axis,)), models) for axis in axes)
     free = HeldoutNrmse(*(attempt(held.nrmse, replace(model, window_s=None)) for model in models))
@@ -82,7 +81,9 @@ def named(
             ):
                 i = index.get((effect.name, p.symbol))
                 interval = None if i is None or not np.isfinite(ci[i]).all() else ci[i]
-                numbers[p.symbol] = EffectParameter(float(values[effect.name][p.symbol]), unit(p.unit), interval)
+                value = values[effect.name][p.symbol]
+                value = tuple(value) if p.kind == "list" else float(value)
+                numbers[p.symbol] = EffectParameter(value, unit(p.unit), interval)
         result.append(NamedEffect(effect.name, effect.family, effect.block, depths[effect.name], numbers, effect.axis))
     return tuple(result)
 

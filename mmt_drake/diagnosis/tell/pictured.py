@@ -13,6 +13,7 @@ from scipy import signal
 from mmt_drake.diagnosis.checks.preflight import Preflight
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.errors import free_running, in_contact, intervals_of, noise_through
+from mmt_drake.diagnosis.fit.surface_track import SurfaceTrack
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
 from mmt_drake.diagnosis.tell.evidence import Evidence, Series, Spectrum
@@ -72,7 +73,7 @@ def _of_recording(
             noise = math.hypot(noise, float(np.sqrt(np.mean(passed[known] ** 2))))
         track = next((t for t in tracks if t.column == column), None)
         restoring, friction = None, None
-        if track is not None and not isinstance(track, NormalTrack) and "refit" in models:
+        if track is not None and not isinstance(track, NormalTrack | SurfaceTrack) and "refit" in models:
             skew = list(outcome.fits.values())[-1].skew
             restoring, friction = curves_of(track, models["refit"], models.get("augmented"), outcome.blocks, skew)
         yield Evidence(

@@ -82,14 +82,15 @@ def _untried(d: Diagnosis) -> str:
 def _listed(effects: Iterable[NamedEffect]) -> str:
     said = []
     for effect in effects:
-        numbers = ", ".join(
+        told = [
             f"{symbol} = {_value(p)}" + (f" {p.unit}" if p.unit != "1" else "")
             for symbol, own in effect.parameters.items()
             if isinstance((p := in_degrees(effect, own)).value, float)
-        )
+        ]
         depth = _DEPTHS.get(effect.certain or "law", "").format(family=words(effect.family), block=words(effect.block))
         along = f" along {effect.axis}" if effect.axis else ""
-        said.append(f"{words(effect.name)}{along} ({numbers}{depth})")
+        beside = ", ".join(told) + depth
+        said.append(f"{words(effect.name)}{along}" + (f" ({beside.removeprefix('; ')})" if beside else ""))
     return " and ".join(said)
 
 

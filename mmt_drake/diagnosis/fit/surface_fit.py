@@ -1,0 +1,290 @@
+"""The fit of a surface that nobody recorded: all its heights together with the numbers of the contact on it.
+
+Gauss-Newton with the damping of Levenberg and Marquardt. Heights act on the force through few neighbours each, so their
+derivatives are sparse and written down: N and n follow the surface, and friction follows N where the tip slips; what it
+does to the way of a tip that sticks is left out, which costs steps and no accuracy. How smooth the surface is taken to
+be stands beside the residual as the integral of its squared second derivatives (a thin plate: Duchon 1977).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.problem import Problem
+from mmt_drake.diagnosis.fit.surface_track import contact_over
+from mmt_drake.diagnosis.fit.tracks import Track
+from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.effects import surface_shape
+from mmt_drake.errors import attempt
+from mmt_drake.model.height_map import FIRST, HeightMap, nodes_under
+from mmt_drake.model.surface_contact import SurfaceContact
+from mmt_drake.numeric.arrays import Array, Flags
+
+Numbers = NDArray[np.intp]
+SHAPE = surface_shape.EFFECT.name
+_NODES = 300
+"""Heights of a map, about so many: an organ under a probe has no more to it than forces show."""
+_MOST_ROWS = 6000.0
+_DIFFERENCE, _LONGEST = 1e-3, 0.5  # of the scale of a number: its step in a difference, and at most in a step
+_CONVERGED = 1e-5
+
+
+class LearnedSurface(NamedTuple):
+    """What a surface fit has found.
+
+    Attributes:
+        x: (k,) numbers of the hypothesis.
+        heights: (m,) of the map [m]; as begun where the surface is level.
+        residual: (n,) of all rows, over the noise.
+        cost: of the rows that were fitted, and what smoothness costs.
+    """
+
+    x: Array
+    heights: Array
+    residual: Array
+    cost: float
+
+
+@dataclass(frozen=True)
+class SurfaceFit:
+    """Recordings of a tip on one surface, made ready for fits of that.
+
+    Attributes:
+        problem: with a floor for each axis.
+        stiff: how strongly a surface is held smooth, over what the data say of it.
+        most_rows: samples of a recording that a surface is fitted to, evenly spread.
+    """
+
+    problem: Problem
+    stiff: float = 1.0
+    most_rows: float = _MOST_ROWS
+
+    @cached_property
+    def recordings(self) -> tuple[Smoothed, ...]:
+        """One for each recording."""
+        return tuple(tracks[0].smoothed for tracks in self.problem.by_recording())
+
+    @cached_property
+    def rows(self) -> tuple[Numbers, ...]:
+        """Of each recording the samples that are compared."""
+        found = []
+        for tracks in self.problem.by_recording():
+            used = np.flatnonzero(np.all([track.weight > 0.0 for track in tracks], axis=0))
+            found.append(used[:: max(1, math.ceil(len(used) / self.most_rows))])
+        return tuple(found)
+
+    @property
+    def track_rows(self) -> list[tuple[Track, Numbers]]:
+        """Every track with its samples that are compared, in the order of residuals."""
+        parts = zip(self.problem.by_recording(), self.rows, strict=True)
+        return [(track, rows) for tracks, rows in parts for track in tracks]
+
+    def _stacked(self, values: list[Array] | list[Flags]) -> Array:
+        """(n,) one for each residual, of values (n_i,) for each row of each recording."""
+        return np.concatenate([v for own in values for v in (own, own, own)])
+
+    @cached_property
+    def heldout(self) -> Flags:
+        """(n,) residuals of samples that no fit looks at."""
+        parts = self.problem.by_recording()
+        return self._stacked([t[0].heldout[rows] for t, rows in zip(parts, self.rows, strict=True)]).astype(bool)
+
+    @cached_property
+    def place(self) -> Array:
+        """(n, 2) x and y of the probe at each residual [m]."""
+        at = [s.input[rows] for s, rows in zip(self.recordings, self.rows, strict=True)]
+        return np.column_stack([self._stacked([p[:, i] for p in at]) for i in (0, 1)])
+
+    @cached_property
+    def time(self) -> Array:
+        """(n,) of each residual [s], recordings one after the other."""
+        begin, found = 0.0, []
+        for s, rows in zip(self.recordings, self.rows, strict=True):
+            found.append(s.time[rows] - s.time[0] + begin)
+            begin += float(s.time[-1] - s.time[0])
+        return self._stacked(found)
+
+    @cached_property
+    def grid(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Columns and rows of the map: it covers where the probe was."""
+        low, high = self.place.min(axis=0), self.place.max(axis=0)
+        size = np.maximum(high - low, 1e-2 * float((high - low).max()) + 1e-9)
+        apart = float(np.sqrt(size[0] * size[1] / _NODES))
+        counts = np.clip(np.ceil(size / apart).astype(int) + 1, 2, _NODES)
+        x, y = (np.linspace(a, a + s, n) for a, s, n in zip(low, size, counts, strict=True))
+        return tuple(map(float, x)), tuple(map(float, y))
+
+    @cached_property
+    def _under(self) -> tuple[sparse.csr_matrix, ...]:
+        """(n/3, m) each: height and slopes along x and y at each row, of the heights."""
+        x, y = self.grid
+        empty = HeightMap(x, y, (0.0,) * (len(x) * len(y))).packed()
+        places = np.concatenate([s.input[rows, :2] for s, rows in zip(self.recordings, self.rows, strict=True)])
+        node, *parts = (np.empty((len(places), 16)) for _ in range(4))
+        nodes_under(empty, places[:, 0].copy(), places[:, 1].copy(), node, *parts)
+        row, shape = np.repeat(np.arange(len(places)), 16), (len(places), len(empty) - FIRST)
+        at = row, node.astype(int).ravel()
+        return tuple(sparse.csr_matrix((part.ravel(), at), shape=shape) for part in parts)
+
+    @cached_property
+    def _bending(self) -> sparse.csr_matrix:
+        """(r, m): root of the integral of the squared second derivatives [1/m each]."""
+        x, y = self.grid
+        dx, dy = x[1] - x[0], y[1] - y[0]
+        (ix, ex, bx), (iy, ey, by) = (_differences(len(at)) for at in (x, y))
+        own = np.sqrt(dx * dy)
+        parts = (sparse.kron(iy, bx) / dx**2, sparse.kron(by, ix) / dy**2, sparse.kron(ey, ex) * (2.0**0.5 / (dx * dy)))
+        return (own * sparse.vstack(parts)).tocsr()
+
+    def shaped(self, hypothesis: Hypothesis, heights: Array, deviation: Array | None = None) -> Hypothesis:
+        """The hypothesis with a surface of these heights, where it has a surface that is not level."""
+        if SHAPE not in hypothesis.key:
+            return hypothesis
+        x, y = self.grid
+        known = np.zeros(len(heights)) if deviation is None else deviation
+        held: Mapping[str, Any] = {
+            **{"x": list(x), "y": list(y)},
+            **{"height": heights.tolist(), "deviation": known.tolist()},
+        }
+        return replace(hypothesis, held={**hypothesis.held, SHAPE: held})
+
+    def model(self, hypothesis: Hypothesis, x: Array, heights: Array) -> SurfaceContact:
+        """The model with these numbers and heights."""
+        model = self.shaped(hypothesis, heights).model(x)
+        assert isinstance(model, SurfaceContact)  # nothing else has a surface
+        return model
+
+    def model_of(self, hypothesis: Hypothesis, found: LearnedSurface) -> SurfaceContact:
+        """The model that was found."""
+        return self.model(hypothesis, found.x, found.heights)
+
+    def residual(self, model: SurfaceContact, skew: float = 0.0) -> Array:
+        """(n,) measured less simulated of all rows, over the noise; in the order of `heldout`."""
+        return np.concatenate(
+            [(t.measured - t.simulated(model, skew, 1.0))[rows] / t.floor for t, rows in self.track_rows]
+        )
+
+    def derivatives(self, model: SurfaceContact) -> sparse.csr_matrix:
+        """(n, m) of the residual after the heights."""
+        found, begin = [], 0
+        for tracks, rows in zip(self.problem.by_recording(), self.rows, strict=True):
+            own = slice(begin, begin + len(rows))
+            begin += len(rows)
+            h, hx, hy = (part[own] for part in self._under)
+            heights = np.asarray(model.surface.height if model.surface is not None else ())
+            sx, sy = hx @ heights, hy @ heights
+            steep = np.sqrt(1.0 + sx**2 + sy**2)
+            n = np.column_stack([-sx, -sy, np.ones_like(sx)]) / steep[:, np.newaxis]
+            force, load, depth, _ = np.split(contact_over(tracks[0].smoothed, model)[rows], [3, 4, 5], axis=1)
+            load, touches = load[:, 0], depth[:, 0] > 0.0
+            across = force - load[:, np.newaxis] * n
+            # Friction goes with the load where it is all that friction can be; d(depth) is dh / steep - depth (...).
+            slips = np.linalg.norm(across, axis=1) >= 0.999 * (model.mu * load + model.Fc)
+            push = n + (across / np.maximum(load, 1e-9)[:, np.newaxis]) * (slips & (model.mu > 0.0))[:, np.newaxis]
+            dial = sparse.diags
+            turns = dial(sx / steep**2) @ hx + dial(sy / steep**2) @ hy
+            rate = tracks[0].smoothed.input_rate[rows]
+            press = dial(rate[:, 0] / steep) @ hx + dial(rate[:, 1] / steep) @ hy + dial((n * rate).sum(axis=1)) @ turns
+            loads = dial(model.k * touches / steep) @ h - dial(model.k * depth[:, 0]) @ turns
+            loads = loads + dial(model.b * touches) @ press
+            for i, track in enumerate(tracks):
+                direction = -(dial(n[:, i]) @ turns)
+                if i < 2:
+                    direction = direction - dial(1.0 / steep) @ (hx, hy)[i]
+                own_part = dial(push[:, i]) @ loads + dial(load * touches) @ direction
+                found.append(own_part * (-1.0 / track.floor))
+        return sparse.vstack(found).tocsr()
+
+    def smoothness(self, bent: sparse.csr_matrix) -> sparse.csc_matrix:
+        """(m, m) what a surface costs that is bent, beside residuals with these derivatives after the heights."""
+        ratio = float(bent.multiply(bent).sum()) / float(self._bending.multiply(self._bending).sum())
+        return (self.stiff * ratio * (self._bending.T @ self._bending)).tocsc()
+
+    def fit(
+        self, hypothesis: Hypothesis, x: Array, heights: Array, chosen: Flags, *, steps: int = 30
+    ) -> LearnedSurface:
+        """All numbers and heights, to some of the rows.
+
+        Args:
+            hypothesis: with `surface_shape` among its effects, or without it.
+            x: (k,) where its numbers begin.
+            heights: (m,) where the surface begins; not used without it.
+            chosen: (n,) residuals that are fitted.
+            steps: at most.
+        """
+        shaped = SHAPE in hypothesis.key
+        low, high, scale = hypothesis.limits(x)
+        scale = np.where(scale > 0.0, scale, 1.0)
+        size = len(heights) if shaped else 0
+        smooth = None
+        r = self.residual(self.model(hypothesis, x, heights), hypothesis.skew_of(x))
+        damping, cost = 1e-4, np.inf
+        for _ in range(steps):
+            model = self.model(hypothesis, x, heights)
+            columns = [self._moved(hypothesis, x, heights, r, i, scale[i], high[i])[chosen] for i in range(len(x))]
+            numbers = np.column_stack([*columns, np.zeros((int(chosen.sum()), 0))])
+            if shaped:
+                bent = self.derivatives(model)[chosen]
+                if smooth is None:
+                    smooth = self.smoothness(bent)
+                    cost = float(r[chosen] @ r[chosen] + heights @ (smooth @ heights))
+                mixed = sparse.csr_matrix(bent.T @ numbers)
+                normal = sparse.bmat(
+                    [[bent.T @ bent + smooth, mixed], [mixed.T, sparse.csr_matrix(numbers.T @ numbers)]], format="csc"
+                )
+                slope = np.concatenate([bent.T @ r[chosen] + smooth @ heights, numbers.T @ r[chosen]])
+            else:
+                normal, slope = sparse.csc_matrix(numbers.T @ numbers), numbers.T @ r[chosen]
+                cost = min(cost, float(r[chosen] @ r[chosen]))
+            own = np.maximum(normal.diagonal(), 1e-12 * float(normal.diagonal().max()))
+            better = None
+            while better is None and damping < 1e6:
+                step = -splu((normal + damping * sparse.diags(own)).tocsc()).solve(slope)
+                moved = np.clip(x + scale * np.clip(step[size:], -_LONGEST, _LONGEST), low, high)
+                raised = heights + step[:size] if shaped else heights
+                trial = self._attempt(hypothesis, moved, raised)
+                if trial is not None:
+                    found = float(trial[chosen] @ trial[chosen])
+                    found += float(raised @ (smooth @ raised)) if smooth is not None else 0.0
+                    if found < cost:
+                        better = moved, raised, trial, found
+                damping *= 10.0 if better is None else 1.0
+            if better is None:
+                break
+            done = cost - better[3] < _CONVERGED * cost
+            x, heights, r, cost = better
+            damping = max(damping / 10.0, 1e-8)
+            if done:
+                break
+        return LearnedSurface(x, heights, r, cost)
+
+    def _attempt(self, hypothesis: Hypothesis, x: Array, heights: Array) -> Array | None:
+        r = attempt(lambda: self.residual(self.model(hypothesis, x, heights), hypothesis.skew_of(x)))
+        return r if r is not None and np.isfinite(r @ r) else None
+
+    def _moved(
+        self, hypothesis: Hypothesis, x: Array, heights: Array, r: Array, i: int, scale: float, high: float
+    ) -> Array:
+        """Derivative of the residual after a number over its scale."""
+        step = _DIFFERENCE * scale if x[i] + _DIFFERENCE * scale <= high else -_DIFFERENCE * scale
+        other = x.copy()
+        other[i] += step
+        moved = self._attempt(hypothesis, other, heights)
+        return np.zeros_like(r) if moved is None else (moved - r) * (scale / step)
+
+
+def _differences(n: int) -> tuple[sparse.csr_matrix, sparse.csr_matrix, sparse.csr_matrix]:
+    """Identity, first and second differences of n values; without second ones where there are two."""
+    eye = sparse.identity(n, format="csr")
+    first = eye[1:] - eye[:-1]
+    return eye, first, first[1:] - first[:-1]

@@ -1,0 +1,71 @@
+"""Tracks of a tip on a surface: the three axes of its force."""
+
+import threading
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mmt_drake.diagnosis.fit.tracks import Replayed, Track
+from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.errors import BadInput
+from mmt_drake.model import surface_contact
+from mmt_drake.model.structure import Structure
+from mmt_drake.model.surface_contact import SurfaceContact
+from mmt_drake.numeric.arrays import Array
+
+_latest = threading.local()
+
+
+def contact_over(s: Smoothed, model: Structure) -> Array:
+    """(n, 6) of a recording: force [N], load along the normal [N], depth [m], speed of the tip along the surface [m/s].
+
+    The latest is kept, for the tracks of the other axes.
+
+    Raises:
+        BadInput: a model of another structure.
+    """
+    if not isinstance(model, SurfaceContact):
+        raise BadInput(s.source, found=f"a {model.NAME} model", expected="surface_contact")
+    p = model.kernel_vector()
+    key = (id(s), p.tobytes())
+    if getattr(_latest, "key", None) != key:
+        found = np.empty((len(s.time), 6))
+        position, rate = np.ascontiguousarray(s.input), np.ascontiguousarray(s.input_rate)
+        surface_contact.replay(s.time, position, rate, p, found)
+        _latest.key, _latest.smoothed, _latest.found = key, s, found
+    result: Array = _latest.found
+    return result
+
+
+@dataclass(frozen=True)
+class SurfaceTrack(Track):
+    """One axis of the force on a tip that presses into a surface."""
+
+    @property
+    def measured(self) -> Array:
+        """See `Track.measured`; 0 where the sensor was at a limit."""
+        return np.nan_to_num(self.smoothed.output[:, self.column])
+
+    @cached_property
+    def weight(self) -> Array:
+        """See `Track.weight`; 0 where the sensor was at a limit."""
+        return self.smoothed.weight * np.isfinite(self.smoothed.output[:, self.column])
+
+    @property
+    def is_whole(self) -> bool:
+        """See `Track.is_whole`."""
+        return bool(np.isfinite(self.smoothed.output[:, self.column]).all())
+
+    def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
+        s = self.smoothed
+        found = contact_over(s, model)
+        _, load, depth, speed = found[:, :3], *found[:, 3:].T
+        return found[:, self.column].copy(), lambda: {
+            "sliding_velocity": speed,
+            "load": np.maximum(load, 0.0),
+            "depth": depth,
+            "position": s.input[:, self.column],
+            "deflection": -depth,
+            "deflection_rate": s.input_rate[:, self.column],
+        }

@@ -1,0 +1,135 @@
+"""The search for what is missing where a tip presses on a surface: its shape, and what rubs on it."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mmt_drake.diagnosis.fit.box_tracks import NORMAL_COLUMN
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.places import Explained, Scan
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.surface_fit import SHAPE, SurfaceFit
+from mmt_drake.diagnosis.search.watch import Watch
+from mmt_drake.effects.effect import Effect
+from mmt_drake.errors import attempt
+from mmt_drake.numeric.arrays import Array
+
+RUBBING = ("probe_slip", "coulomb_friction", "viscous_friction")
+"""What may act along a surface, one of these."""
+TURNED = "frame_misalignment"
+STIFF = (0.03, 0.3, 3.0)
+"""How smooth a surface may be held, see `SurfaceFit`: the one that predicts unseen places and times best."""
+WITHIN = ("viscoelastic_relaxation", "hunt_crossley_damping", "nonlinear_stiffness")
+"""What may act within the contact, one of these beside the best of all that."""
+_AT_FIRST = 0.2
+_MORE = 1.5
+"""RMS of the residual over the noise above which a further effect is looked for."""
+
+
+@dataclass(frozen=True)
+class SurfaceSearch:
+    """What may be missing.
+
+    Attributes:
+        problem: the recordings; the three axes of each held to one noise, for a slope takes from one what it gives
+            another.
+        base: the fit without effects.
+        library: effects that may be missing.
+        executor: runs the fits.
+        watch: sees to the time.
+    """
+
+    problem: Problem
+    base: Fitted
+    library: Sequence[Effect]
+    executor: Executor
+    watch: Watch
+
+    def run(self) -> tuple[Scan, list[Explained]]:
+        """How the recordings are cut, and every set of effects that was tried, that of none first."""
+        known = {e.name: e for e in self.library if self.base.hypothesis.admits(e)}
+        scan = self._as_smooth_as_predicts(known) if SHAPE in known else Scan.of(SurfaceFit(self.problem))
+        rubbing = [*((name,) for name in RUBBING if name in known), ()]
+        # Those that explain most come first: there may be no time for all.
+        sets: list[tuple[str, ...]] = [()]
+        sets += [(SHAPE, *rubs) for rubs in rubbing] if SHAPE in known else []
+        sets += rubbing[:-1]
+        sets += [(TURNED, *rubs) for rubs in dict.fromkeys((rubbing[0], ()))] if TURNED in known else []
+        begun = [self._begun(names, known) for names in sets]
+        found = self._tried(scan, [(*start, self._level(scan.surface, start[0])) for start in begun])
+        best = min(found, key=lambda e: e.unseen_cost, default=None)
+        if best is not None and best.unseen_cost > _MORE**2 * scan.noise * 2.0 * len(best.by_time):
+            found += self._tried(scan, [self._beside(scan, best, known[name]) for name in WITHIN if name in known])
+        return scan, found
+
+    def _tried(self, scan: Scan, starts: Sequence[tuple[Hypothesis, Array, Array]]) -> list[Explained]:
+        """Sets of effects, as long as there is time, without those that cannot be simulated."""
+        found: list[Explained] = []
+        names = [" + ".join(hypothesis.names) or "nothing" for hypothesis, *_ in starts]
+        results = self.executor.map(lambda start: attempt(scan.explained, *start), starts)
+        for number, explained in enumerate(results):
+            self.watch.on_stage(names[number])
+            if explained is not None:
+                found.append(explained)
+            if self.watch.is_late():
+                self.watch.miss(names[number + 1 :])
+                break
+        return found
+
+    def _beside(self, scan: Scan, best: Explained, effect: Effect) -> tuple[Hypothesis, Array, Array]:
+        """One more effect of the contact beside the best set, begun where that ended and slight."""
+        hypothesis, found = best.hypothesis, best.found
+        values = hypothesis.effect_values(found.x)
+        k = max(scan.surface.model_of(hypothesis, found).k, 1e-9)
+        depth = self._load() / k
+        first = {"k_maxwell": 0.3 * k, "tau": 0.3, "lambda": 0.1 / depth, "k3": 0.1 * k / depth**2}
+        values[effect.name] = {p.symbol: first[p.symbol] for p in effect.parameters if p.symbol in first}
+        added = hypothesis.adding(effect)
+        x = added.vector(hypothesis.structure_values(found.x), values, hypothesis.skew_of(found.x))
+        return added, x, found.heights
+
+    def _load(self) -> float:
+        """About how strongly the tip presses [N]."""
+        along = [t for t in self.problem.tracks if t.column == NORMAL_COLUMN]
+        return float(np.mean([np.mean(t.measured[t.weight > 0.0]) for t in along]))
+
+    def _as_smooth_as_predicts(self, known: dict[str, Effect]) -> Scan:
+        """The recordings, with the surface held as smooth as predicts unseen places and times best."""
+        names = [SHAPE, *(name for name in RUBBING[:1] if name in known)]
+        scans = [Scan.of(SurfaceFit(self.problem, stiff)) for stiff in STIFF]
+
+        def cost(scan: Scan) -> float:
+            hypothesis, x = self._begun(names, known)
+            found = scan.explained(hypothesis, x, self._level(scan.surface, hypothesis))
+            self.watch.on_stage(f"the shape of the surface, held smooth by {scan.surface.stiff:g}")
+            return found.unseen_cost
+
+        costs = list(self.executor.map(cost, scans))
+        return scans[int(np.argmin(costs))]
+
+    def _begun(self, names: Sequence[str], known: dict[str, Effect]) -> tuple[Hypothesis, Array]:
+        """A set of effects beside the base, and where its numbers begin."""
+        hypothesis = self.base.hypothesis
+        hypothesis = replace(hypothesis, widened=hypothesis.widened | {s for s in ("k", "b") if s in hypothesis.free})
+        values: dict[str, dict[str, float]] = {}
+        loads = [t.measured[t.weight > 0.0] for t in self.problem.tracks]
+        force = float(np.sqrt(np.mean(np.concatenate(loads) ** 2)))
+        speed = max(float(np.sqrt(np.mean(t.smoothed.input_rate**2))) for t in self.problem.tracks)
+        first = {"mu": _AT_FIRST, "Fc": _AT_FIRST * force, "b": _AT_FIRST * force / max(speed, 1e-9)}
+        for name in names:
+            hypothesis = hypothesis.adding(known[name])
+            values[name] = {p.symbol: first.get(p.symbol, 0.0) for p in known[name].parameters}
+        structure = self.base.hypothesis.structure_values(self.base.x)
+        if SHAPE in names:  # a level surface may have driven the stiffness anywhere
+            nominal = self.base.hypothesis.nominal
+            structure = {s: nominal.parameter(s) for s in structure}
+        return hypothesis, hypothesis.vector(structure, values)
+
+    def _level(self, surface: SurfaceFit, hypothesis: Hypothesis) -> Array:
+        """(m,) heights of a level surface [m]: on average the tip presses into it by what its load asks for."""
+        x, y = surface.grid
+        depth = self._load() / max(hypothesis.nominal.value("k2"), 1e-9)
+        tip = float(np.mean([np.mean(s.input[:, NORMAL_COLUMN]) for s in surface.recordings]))
+        return np.full(len(x) * len(y), tip + depth)
