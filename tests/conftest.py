@@ -56,7 +56,8 @@ ALONE = (
 STUDIES = (
     "notebooks/",
     *("cli/test_bench.py", "cli/test_diagnose_cluster", "cli/test_diagnose_delivers", "cli/test_experiment"),
-    *("cli/test_next_motion", "diagnosis/test_station_diagnosis", "diagnosis/test_transmission_diagnosis"),
+    *("cli/test_next_motion", "diagnosis/test_on_surface", "diagnosis/test_station_diagnosis"),
+    "diagnosis/test_transmission_diagnosis",
     "diagrams/proof/",
     "test_documented_commands",
 )
