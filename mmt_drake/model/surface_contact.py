@@ -141,7 +141,7 @@ def advance(state: Array, t: float, motion: Array, p: Array) -> None:
     scale = 1.0 / math.sqrt(1.0 + here.hx * here.hx + here.hy * here.hy)
     n: Vector = (-here.hx * scale, -here.hy * scale, scale)
     s = (at[2] - here.h) * scale
-    along, own = p[int(p[_SPRING]) :], state[SPRING:]
+    along, own = p[int(p[_SPRING]) :], state[SPRING:STATE_SIZE]
     if s >= 0.0:
         state[TOUCHES] = state[ALONG] = state[DEPTH] = state[SPEED] = 0.0
         put(state, STRETCH, (0.0, 0.0, 0.0))

@@ -54,7 +54,7 @@ class SurfaceContactSystem(KernelSystem):
     - `motion` (6): probe position [m] and velocity [m/s].
     - `measurement` (9): position [m], velocity [m/s] and force on the probe [N] as the sensor reads it.
     - `force` (3): the same force [N].
-    - `in_contact` (1): whether the tip is below the surface.
+    - `in_contact` (1): 1 where the tip is below the surface, else 0.
     - `readout` (45): the three above in that order, then the system's memory.
 
     Args:

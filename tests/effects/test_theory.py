@@ -103,7 +103,7 @@ def test_structures_are_named_where_an_effect_can_be(made):
     everywhere, without_spring, box_only = (
         told.format(", ".join(f"`{name}`" for name in names))
         for names in (
-            ("flexible_box", "kelvin_voigt", "driven_body", "transmission"),
+            ("flexible_box", "kelvin_voigt", "surface_contact", "driven_body", "transmission"),
             ("flexible_box", "driven_body", "transmission"),
             ("flexible_box", "kelvin_voigt"),
         )
