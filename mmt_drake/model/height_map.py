@@ -1,6 +1,5 @@
 """A surface z = h(x, y) as heights over an even grid: bicubic between them, beyond the grid level, as at its rim."""
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -9,7 +8,7 @@ from numba import njit
 
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.numeric.bicubic import slopes, weights
+from mmt_drake.numeric.bicubic import cell, interpolated, node, slopes, weights
 
 X0, Y0, DX, DY, COLUMNS, ROWS, FIRST = range(7)
 """Of a packed map: the first x and y [m], the distances of the columns and rows [m], how many there are; heights."""
@@ -64,42 +63,30 @@ def under(surface: Array, x: float, y: float) -> Above:
     columns, rows = int(surface[COLUMNS]), int(surface[ROWS])
     u, v = (x - surface[X0]) / surface[DX], (y - surface[Y0]) / surface[DY]
     s, t = min(max(u, 0.0), columns - 1.0), min(max(v, 0.0), rows - 1.0)
-    i, j = min(math.floor(s), columns - 2), min(math.floor(t), rows - 2)
-    wx, wy, sx, sy = weights(s - i), weights(t - j), slopes(s - i), slopes(t - j)
-    h = hx = hy = 0.0
-    for b in range(4):
-        row = FIRST + min(max(j + b - 1, 0), rows - 1) * columns
-        level = slope = 0.0
-        for a in range(4):
-            height = surface[row + min(max(i + a - 1, 0), columns - 1)]
-            level += wx[a] * height
-            slope += sx[a] * height
-        h += wy[b] * level
-        hx += wy[b] * slope
-        hy += sy[b] * level
+    h, hx, hy, _, _, _ = interpolated(surface, FIRST, columns, rows, s, t)
     return Above(h, hx / surface[DX] if s == u else 0.0, hy / surface[DY] if t == v else 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def nodes_under(surface: Array, x: Array, y: Array, node: Array, value: Array, slope_x: Array, slope_y: Array) -> None:
+def nodes_under(surface: Array, x: Array, y: Array, nodes: Array, value: Array, slope_x: Array, slope_y: Array) -> None:
     """By which heights of a packed map, and how much of each, the surface is made under places: derivatives of `under`.
 
     Args:
         surface: packed; its heights are not read.
         x, y: (n,) places [m].
-        node: (n, 16) to be filled with the numbers of the heights, one perhaps several times.
+        nodes: (n, 16) to be filled with the numbers of the heights, one perhaps several times.
         value, slope_x, slope_y: (n, 16) to be filled with what each adds to height and slopes, per metre.
     """
     columns, rows = int(surface[COLUMNS]), int(surface[ROWS])
     for k in range(len(x)):
         u, v = (x[k] - surface[X0]) / surface[DX], (y[k] - surface[Y0]) / surface[DY]
         s, t = min(max(u, 0.0), columns - 1.0), min(max(v, 0.0), rows - 1.0)
-        i, j = min(math.floor(s), columns - 2), min(math.floor(t), rows - 2)
-        wx, wy, sx, sy = weights(s - i), weights(t - j), slopes(s - i), slopes(t - j)
+        (i, s_in), (j, t_in) = cell(s, columns), cell(t, rows)
+        wx, wy, sx, sy = weights(s_in), weights(t_in), slopes(s_in), slopes(t_in)
         for b in range(4):
             for a in range(4):
                 at = 4 * b + a
-                node[k, at] = min(max(j + b - 1, 0), rows - 1) * columns + min(max(i + a - 1, 0), columns - 1)
+                nodes[k, at] = node(columns, rows, i + a - 1, j + b - 1)
                 value[k, at] = wx[a] * wy[b]
                 slope_x[k, at] = sx[a] * wy[b] / surface[DX] if s == u else 0.0
                 slope_y[k, at] = wx[a] * sy[b] / surface[DY] if t == v else 0.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -12,7 +11,7 @@ from numba import njit
 
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.numeric.bicubic import bends, slopes, weights
+from mmt_drake.numeric.bicubic import interpolated
 from mmt_drake.quantities import Length
 from mmt_drake.surfaces import layout
 from mmt_drake.surfaces.layout import OWN
@@ -116,25 +115,7 @@ def height_of(surface: Array, u: float, v: float) -> tuple[float, float, float, 
     columns, rows, spacing = int(surface[_COLUMNS]), int(surface[_ROWS]), surface[_SPACING]
     x = min(max((u + surface[_HALF_X]) / spacing, 0.0), columns - 1.0)
     y = min(max((v + surface[_HALF_Y]) / spacing, 0.0), rows - 1.0)
-    i, j = min(math.floor(x), columns - 2), min(math.floor(y), rows - 2)
-    wx, wy = weights(x - i), weights(y - j)
-    sx, sy = slopes(x - i), slopes(y - j)
-    bx, by = bends(x - i), bends(y - j)
-    h = hx = hy = hxx = hxy = hyy = 0.0
-    for b in range(4):
-        row = _FIRST + min(max(j + b - 1, 0), rows - 1) * columns
-        level = slope = bend = 0.0
-        for a in range(4):
-            height = surface[row + min(max(i + a - 1, 0), columns - 1)]
-            level += wx[a] * height
-            slope += sx[a] * height
-            bend += bx[a] * height
-        h += wy[b] * level
-        hx += wy[b] * slope
-        hy += sy[b] * level
-        hxx += wy[b] * bend
-        hxy += sy[b] * slope
-        hyy += by[b] * level
+    h, hx, hy, hxx, hxy, hyy = interpolated(surface, _FIRST, columns, rows, x, y)
     beyond_x, beyond_y = abs(u) > surface[_HALF_X], abs(v) > surface[_HALF_Y]
     if beyond_x:
         hx = hxx = hxy = 0.0

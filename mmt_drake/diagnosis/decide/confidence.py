@@ -86,13 +86,7 @@ class ConfidenceSet:
         best = min(range(len(fits)), key=costs.__getitem__)
         noise = problem.samples() / len(numbers)
         chances = [by_chance(numbers, r, left[best], noise) for r in left]
-        nameless = (ALIKE - 1.0) * (costs[best] - problem.samples())
-        without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
-        near = costs[best] + max(nameless, NEXT_TO_NOTHING * (without - costs[best]), 0.0)
-        alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
-        standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
-        members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing
-        members.sort(key=lambda i: (len(fits[i].hypothesis.effects), len(fits[i].x), costs[i]))
+        standing, members, alike = sifted(fits, costs, chances, unsaid, problem.samples())
         found = [fits[i] for i in members]
         bounded = [fits[i] for i in standing if i not in members and at_bounds(fits[i])]
         rivals = [
@@ -136,6 +130,32 @@ class ConfidenceSet:
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""
         return fitted.hypothesis.key in self.drawing and any(effect.name in e.holds for e in fitted.hypothesis.effects)
+
+
+def sifted(
+    fits: Sequence[Fitted],
+    costs: Sequence[float],
+    chances: Sequence[float],
+    unsaid: Mapping[frozenset[str], frozenset[str]],
+    noise: float,
+) -> tuple[list[int], list[int], list[bool]]:
+    """Which fits are not ruled out, which of these are members, simplest first, and which leave next to the least.
+
+    Args:
+        fits: of different sets of effects.
+        costs: what each leaves of what it has not seen, a sum of squares.
+        chances: that chance alone puts the best before each.
+        unsaid: as in `ConfidenceSet`.
+        noise: the sum of squares that noise alone leaves.
+    """
+    least = min(costs)
+    without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
+    near = least + max((ALIKE - 1.0) * (least - noise), NEXT_TO_NOTHING * (without - least), 0.0)
+    alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
+    standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
+    members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing
+    members.sort(key=lambda i: (len(fits[i].hypothesis.effects), len(fits[i].x), costs[i]))
+    return standing, members, alike
 
 
 def beside_the_nameless(depth: Depth | None, share: float, nameless: float) -> Depth | None:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mmt_drake.diagnosis.decide.confidence import ALIKE, NEXT_TO_NOTHING, RULED_OUT, ConfidenceSet
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, sifted
 from mmt_drake.diagnosis.fit.left_out import by_chance
 from mmt_drake.diagnosis.fit.places import Explained, Scan
 from mmt_drake.diagnosis.fit.problem import Fitted
@@ -27,17 +27,13 @@ def believed_of(scan: Scan, explained: Sequence[Explained], fits: Sequence[Fitte
     noise, first = scan.noise, explained[best]
     in_time = [by_chance(scan.block[seen], one.by_time, first.by_time, noise) for one in explained]
     in_place = [by_chance(scan.cell[seen], one.by_place, first.by_place, noise) for one in explained]
-    chances = {f.hypothesis.key: max(t, p) for f, t, p in zip(fits, in_time, in_place, strict=True)}
+    chances = [max(t, p) for t, p in zip(in_time, in_place, strict=True)]
     costs = [one.unseen_cost for one in explained]
-    without = max(cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects)
-    nameless = (ALIKE - 1.0) * (costs[best] - 2.0 * noise * len(first.by_time))
-    near = costs[best] + max(nameless, NEXT_TO_NOTHING * (without - costs[best]), 0.0)
-    alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
-    standing = [i for i, f in enumerate(fits) if chances[f.hypothesis.key] >= RULED_OUT or alike[i]]
-    problem = scan.surface.problem
-    unsaid = {f.hypothesis.key: vanishing(problem, f) - {SHAPE} for f in fits}
-    members = [i for i in standing if not unsaid[fits[i].hypothesis.key]] or standing
-    members.sort(key=lambda i: (len(fits[i].hypothesis.effects), len(fits[i].x), explained[i].unseen_cost))
+    unsaid = {f.hypothesis.key: vanishing(scan.surface.problem, f) - {SHAPE} for f in fits}
+    standing, members, _ = sifted(fits, costs, chances, unsaid, 2.0 * noise * len(first.by_time))
     return ConfidenceSet(
-        tuple(fits[i] for i in members), chances, frozenset(fits[i].hypothesis.key for i in standing), unsaid
+        tuple(fits[i] for i in members),
+        {f.hypothesis.key: chance for f, chance in zip(fits, chances, strict=True)},
+        frozenset(fits[i].hypothesis.key for i in standing),
+        unsaid,
     )
