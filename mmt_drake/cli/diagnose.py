@@ -108,7 +108,9 @@ def main(arguments: argparse.Namespace) -> int:
 
             show("block by block")
             replays = replay_blocks(recordings[0], blocks)
-        outcome = diagnose(recordings, model, executor=executor, on_stage=show, time_budget=arguments.time_budget)
+        outcome = diagnose(
+            recordings, model, executor=executor, on_stage=show, on_answer=show.tell, time_budget=arguments.time_budget
+        )
     # What is known on one side only is off without bound, and JSON has no number for that.
     told_replays = tuple(replace(r, nrmse=None) if r.nrmse == math.inf else r for r in replays)
     outcome = replace(outcome, diagnosis=replace(outcome.diagnosis, replays=told_replays))

@@ -1,11 +1,17 @@
 """A progress bar on a terminal, nothing in a pipe."""
 
+from __future__ import annotations
+
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING, Protocol
 
 from mmt_drake.errors import printable
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 
 @contextmanager
@@ -54,23 +60,56 @@ def progress(
         yield update
 
 
+class Stages(Protocol):
+    """What `working` yields."""
+
+    def __call__(self, what: str) -> None:
+        """Show what is being done now."""
+
+    def tell(self, what: str) -> None:
+        """Write a line that stays, with the time since the work began."""
+
+
+class _Unseen:
+    """Stages in a pipe."""
+
+    def __call__(self, what: str) -> None:
+        pass
+
+    def tell(self, what: str) -> None:
+        pass
+
+
+class _Shown:
+    """Stages on a terminal."""
+
+    def __init__(self, bar: Progress) -> None:
+        self._bar, self._task, self._begun = bar, bar.add_task("recordings", total=None), time.perf_counter()
+
+    def __call__(self, what: str) -> None:
+        self._bar.update(self._task, description=what, advance=1)
+
+    def tell(self, what: str) -> None:
+        seconds = time.perf_counter() - self._begun
+        self._bar.console.print(f"after {seconds:.0f} s: {what}", markup=False, highlight=False)
+
+
 @contextmanager
-def working(description: str) -> Iterator[Callable[[str], None]]:
+def working(description: str) -> Iterator[Stages]:
     """Shows on stderr what is being done, of work whose amount nobody knows, if stderr is a terminal.
 
     Args:
         description: what all of it is.
 
     Yields:
-        `show(what)`, to be called with what is being done now.
+        `show(what)`, to be called with what is being done now; `show.tell(what)` writes a line that stays.
     """
     if not sys.stderr.isatty():
-        yield lambda what: None
+        yield _Unseen()
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn(description), BarColumn(), TextColumn("{task.completed:g} tried: {task.description}"))
     with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("recordings", total=None)
-        yield lambda what: bar.update(task, description=what, advance=1)
+        yield _Shown(bar)

@@ -76,6 +76,7 @@ def diagnose(
     library: Iterable[Effect] | None = None,
     executor: Executor | None = None,
     on_stage: OnStage = lambda _: None,
+    on_answer: OnStage = lambda _: None,
     time_budget: float = math.inf,
 ) -> Outcome:
     """Say whether a model explains recordings, and if not, what physics it leaves out.
@@ -86,6 +87,7 @@ def diagnose(
         library: effects that may be missing; by default all there are.
         executor: runs the fits; by default as many threads as there are processors.
         on_stage: called with what is being tried.
+        on_answer: called once in the search, with what is known when the likeliest effects have been fitted.
         time_budget: how long it may look for effects [s]; what it had no time for is listed (`Diagnosis.untried`).
 
     Raises:
@@ -104,12 +106,18 @@ def diagnose(
     if executor is None:
         with workers() as threads:
             return diagnose(
-                recordings, model, library=library, executor=threads, on_stage=on_stage, time_budget=time_budget
+                recordings,
+                model,
+                library=library,
+                executor=threads,
+                on_stage=on_stage,
+                on_answer=on_answer,
+                time_budget=time_budget,
             )
     model = cast(Model, said(prepared.problem, model, prepared.skew))
     every = LIBRARY.values() if library is None else library
     effects = [e.within(model) for e in every if e.name != "tabulated_force"]
-    watch = Watch(on_stage, time_budget)
+    watch = Watch(on_stage, time_budget, on_answer)
     if isinstance(model, SurfaceContact):
         surface = SurfaceSession(prepared, prepared.problem, model, effects, executor, watch)
         with threadpool_limits(limits=1, user_api="blas"):

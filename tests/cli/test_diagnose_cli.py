@@ -22,7 +22,10 @@ OWN = Path(__file__).parents[1] / "effects" / "own_effect.py"
 #: `mmt-drake`, which says in a pipe too what it tries, and how many seconds it has worked.
 SAYING = """import contextlib, sys, time
 from mmt_drake.cli import diagnose, main
-diagnose.working = lambda _: contextlib.nullcontext(lambda what: print(what, time.process_time(), flush=True))
+class Saying:
+    def __call__(self, what): print(what, time.process_time(), flush=True)
+    tell = print
+diagnose.working = lambda _: contextlib.nullcontext(Saying())
 sys.exit(main.main())"""
 
 

@@ -87,6 +87,13 @@ def test_what_there_was_no_time_for_is_told_and_not_begun():
     assert watch.missed == ("nonlinear_stiffness", "coulomb_friction", "force_lag", "sets of 2 effects")
 
 
+def test_a_first_answer_with_the_effect_in_it_is_told_once_before_the_search_ends():
+    answers: list[str] = []
+    searched(BIAS, CUBIC, watch=Watch(on_answer=answers.append))
+    (answer,) = answers
+    assert answer.startswith("so far, ") and "force_bias" in answer
+
+
 @pytest.mark.parametrize("concealed", [BIAS, CUBIC, COULOMB, LAG], ids=lambda effect: effect[0])
 def test_a_concealed_effect_is_found_with_its_size_and_leaves_the_noise(concealed):
     name, values = concealed

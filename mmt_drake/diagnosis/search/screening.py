@@ -27,6 +27,8 @@ _LOOK_STEPS, _HOPELESS = 6, 4.0
 _FEW_STARTS = 4
 """Of what has more starts, so many are screened."""
 _WIDENED = 2
+_FIRST = 2
+"""A first answer is told when so many sets of effects have been fitted to all tracks."""
 _LOOKING, _SETTLING, _LEAST_SETTLED = 0.4, 0.5, 4
 """Shares of the time that is left for the first steps from all starts, and of what is left then for more steps from
 the better ones, best first; so many sets of effects go on whatever the time."""
@@ -60,9 +62,13 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
-    with watch.within(_SETTLING):
+    with watch.within(_SETTLING):  # those that promise most come first
         for one, fit in zip(chosen, fits, strict=True):
             settled.setdefault(one.fitted.hypothesis.key, []).append((one.start, fit))
+            if fit is not None:
+                watch.saw(" + ".join(fit.hypothesis.names), problem.left(fit))
+            if len(settled) == _FIRST:
+                watch.answer()
             if len(settled) >= _LEAST_SETTLED and watch.is_late():  # those that promise least are left
                 watch.miss(one.start.name for one in chosen if one.fitted.hypothesis.key not in settled)
                 break

@@ -20,10 +20,14 @@ class Watch:
     Args:
         on_stage: called with what is being tried.
         seconds: after so long nothing new is begun.
+        on_answer: called once, with what is known when the first effects have been fitted.
     """
 
-    def __init__(self, on_stage: OnStage = lambda _: None, seconds: float = math.inf) -> None:
+    def __init__(
+        self, on_stage: OnStage = lambda _: None, seconds: float = math.inf, on_answer: OnStage = lambda _: None
+    ) -> None:
         self.on_stage = on_stage
+        self._on_answer: OnStage | None = on_answer
         self._end = time.monotonic() + seconds
         self._missed: dict[str, None] = {}
         self._left: dict[str, float] = {}
@@ -45,6 +49,12 @@ class Watch:
     def saw(self, names: str, left: float) -> None:
         """Note that with these effects (`nothing added`, say) this many times the noise is left."""
         self._left[names] = min(left, self._left.get(names, math.inf))
+
+    def answer(self) -> None:
+        """Tell what is known so far, if that has not been done."""
+        tell, self._on_answer = self._on_answer, None
+        if tell is not None:
+            tell(self.so_far)
 
     @property
     def so_far(self) -> str:
