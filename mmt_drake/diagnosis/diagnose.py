@@ -118,17 +118,17 @@ def diagnose(
     every = LIBRARY.values() if library is None else library
     effects = [e.within(model) for e in every if e.name != "tabulated_force"]
     watch = Watch(on_stage, time_budget, on_answer)
+    session: SurfaceSession | _Session
     if isinstance(model, SurfaceContact):
-        surface = SurfaceSession(prepared, prepared.problem, model, effects, executor, watch)
-        with threadpool_limits(limits=1, user_api="blas"):
-            return _timed(surface.run(), begun)
-    session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, watch, Polish(executor))
+        session = SurfaceSession(prepared, prepared.problem, model, effects, executor, watch)
+    else:
+        session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, watch, Polish(executor))
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):
         try:
             return _timed(session.run(), begun)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(session.watch.so_far) from None
+            raise KeyboardInterrupt(watch.so_far) from None
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.surfaces import SurfaceSearch
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.diagnosis.tell import document
-from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of
+from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
 from mmt_drake.diagnosis.tell.summary import summary_of
 from mmt_drake.effects.effect import Effect
 from mmt_drake.model.surface_contact import SurfaceContact
@@ -36,6 +36,10 @@ from mmt_drake.numeric.arrays import Array
 
 _TOLD = 0.5
 """A stiffness is told if its interval is less than this part of it."""
+_NOT_LEVEL = (
+    "The tip cannot be simulated on a level surface with numbers near those handed in, so nothing can be held against "
+    "that. Hand in a stiffness nearer to the truth."
+)
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,7 @@ class SurfaceSession:
     def _searched(self, problem: Problem, refit: Fitted) -> Outcome:
         scan, explained = SurfaceSearch(problem, refit, self.library, self.executor, self.watch).run()
         if not explained or explained[0].hypothesis.effects:  # what leaves nothing out cannot be simulated
-            explained = []
+            return refused(self.prepared, self.model, _NOT_LEVEL)
         self.watch.on_stage("what came out best, once more")
         # What noise leaves of perfect data depends on the model: a stiff contact makes more of the same motion.
         best = min(explained, key=lambda e: e.unseen_cost)

@@ -19,9 +19,12 @@ SEARCHED = [LIBRARY[name] for name in ("surface_shape", "probe_slip", "coulomb_f
 DOME, MU = 0.08, 0.3
 
 
+ANSWERS: list[str] = []
+
+
 @pytest.fixture(scope="module")
 def outcome():
-    return diagnose([palpation(radius=DOME, mu=MU)], BELIEVED, library=SEARCHED)
+    return diagnose([palpation(radius=DOME, mu=MU)], BELIEVED, library=SEARCHED, on_answer=ANSWERS.append)
 
 
 def test_shape_and_slip_are_named_where_both_are_there(outcome):
@@ -30,6 +33,11 @@ def test_shape_and_slip_are_named_where_both_are_there(outcome):
     assert {e.name: e.certain for e in found.effects} == {"surface_shape": "law", "probe_slip": "law"}
     assert found.fit.axes == ("x", "y", "z")
     assert found.fit.heldout_nrmse.augmented < 0.2 * found.fit.heldout_nrmse.refit
+
+
+def test_a_first_answer_that_has_the_shape_is_told_on_the_way(outcome):
+    (answer,) = ANSWERS
+    assert answer.startswith("so far, ") and "surface_shape" in answer and "nothing" in answer
 
 
 def test_the_learned_heights_are_those_of_the_dome_where_the_probe_was(outcome):

@@ -1,5 +1,6 @@
 """The search for what is missing where a tip presses on a surface: its shape, and what rubs on it."""
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -60,7 +61,7 @@ class SurfaceSearch:
         begun = [self._begun(names, known) for names in sets]
         found = self._tried(scan, [(*start, self._level(scan.surface, start[0])) for start in begun])
         best = min(found, key=lambda e: e.unseen_cost, default=None)
-        if best is not None and best.unseen_cost > _MORE**2 * scan.noise * 2.0 * len(best.by_time):
+        if best is not None and _left(scan, best) > _MORE:
             found += self._tried(scan, [self._beside(scan, best, known[name]) for name in WITHIN if name in known])
         return scan, found
 
@@ -73,6 +74,9 @@ class SurfaceSearch:
             self.watch.on_stage(names[number])
             if explained is not None:
                 found.append(explained)
+                self.watch.saw(names[number], _left(scan, explained))
+                if explained.hypothesis.effects:
+                    self.watch.answer()
             if self.watch.is_late():
                 self.watch.miss(names[number + 1 :])
                 break
@@ -133,3 +137,8 @@ class SurfaceSearch:
         depth = self._load() / max(hypothesis.nominal.value("k2"), 1e-9)
         tip = float(np.mean([np.mean(s.input[:, NORMAL_COLUMN]) for s in surface.recordings]))
         return np.full(len(x) * len(y), tip + depth)
+
+
+def _left(scan: Scan, explained: Explained) -> float:
+    """RMS of what is left of unseen times and places over the noise."""
+    return math.sqrt(explained.unseen_cost / (scan.noise * 2.0 * len(explained.by_time)))
