@@ -17,13 +17,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]*)(?:#([^)\s]*))?\)")
-DENSE = ("diagnosis.md", "force.md", "trial.md")
-"""Records of what was measured: not yet in short sentences."""
-OWN_WORDS = (
-    ROOT / "README.md",
-    *(page for page in sorted(DOCS.glob("*.md")) if page.name not in DENSE),
-    *sorted((DOCS / "tutorials").glob("*.md")),
-)
+OWN_WORDS = (ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted((DOCS / "tutorials").glob("*.md")))
 
 
 def hooks() -> ModuleType:
