@@ -92,6 +92,8 @@ TOUCHES: Final = Target("first 50 ms of touches", to_reach=0.10)
 MEDIAN_OBJECT: Final = Target("median of the objects", to_reach=0.01)
 MOST_OBJECTS: Final = Target("95th percentile", to_reach=0.05)
 WORST_OBJECT: Final = Target("worst")
+MEDIAN_OBJECT_REST: Final = Target("median, all contact after 0.5 s", to_reach=0.015)
+MOST_OBJECTS_REST: Final = Target("95th percentile of that", to_reach=0.05)
 
 
 def bands(

@@ -9,11 +9,10 @@ from mmt_drake.diagnosis.checks.excitation import AxisMotion, excitation_finding
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.checks.plausibility import drive_findings, sign_findings, unit_findings
 from mmt_drake.diagnosis.checks.sensors import bias_findings, channel_findings, clock_findings, noise_findings
-from mmt_drake.diagnosis.fit.errors import free_running
 from mmt_drake.diagnosis.signals.columns import channels_of
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.signals.touches import raw_flags
-from mmt_drake.errors import BadInput, attempt
+from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.structure import PositionOut
 from mmt_drake.model.surface_contact import SurfaceContact
@@ -21,7 +20,7 @@ from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 from mmt_drake.recording.check import completed
-from mmt_drake.replay import check_load
+from mmt_drake.replay import check_load, replayed
 
 _ENOUGH = 5000
 _FOREIGN = 0.5  # of a rate's RMS: a column that is farther from it is the rate of something else
@@ -185,5 +184,9 @@ def _nominal(recording: Recording, model: Model, smoothed: Smoothed) -> Array | 
     count = min(len(smoothed.time), _ENOUGH) if smoothed.kind == "driven_body" else len(smoothed.time)
     part = {name: values[:count] for name, values in columns.items()}
     driven = Recording(smoothed.time[:count], part, recording.source, constants=recording.constants)
-    answer = attempt(free_running, model, driven)
-    return None if answer is None else smoothed.filter(np.column_stack([answer[name] for name in channels.outputs]))
+    try:
+        answer = replayed(model, driven)
+    except RuntimeError:  # of the kernels, about numbers that are absurd
+        return None
+    table = np.column_stack([answer[name] for name in channels.outputs])
+    return smoothed.filter(table) if np.isfinite(table).all() else None

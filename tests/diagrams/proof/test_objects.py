@@ -9,7 +9,9 @@ import pytest
 
 from mmt_drake.diagrams.proof.experiments.objects import (
     RANGES,
+    RESOLUTION_M,
     drawn,
+    in_a_lab,
     objects_findings,
     objects_table,
     report_of,
@@ -24,13 +26,30 @@ def four():
 
 
 def test_of_objects_drawn_at_random_the_median_is_within_1_and_the_95th_percentile_within_5_percent(four) -> None:
-    for figures in (four.figures_to_reach()[:3], four.figures_to_reach()[3:]):  # own plant, and one of other physics
+    for figures in (four.figures_to_reach()[:3], four.figures_to_reach()[3:6]):  # own plant, and one of other physics
         assert [figure.target.to_reach for figure in figures] == [0.01, 0.05, None]
         assert figures[0].reached and figures[1].reached
     own, foreign = (four.figures_to_reach()[i].value for i in (2, 5))
     assert own == max(case.error for case in four.cases) and foreign == max(case.foreign for case in four.cases)
     for case in four.cases:
         np.testing.assert_allclose(case.found[:8], case.true[:8], rtol=0.02)
+
+
+def test_all_contact_after_its_first_half_second_is_asked_of_three_plants(four) -> None:
+    asked = four.figures_to_reach()[6:]
+    assert [(figure.case.partition("error")[2], figure.target.to_reach, figure.reached) for figure in asked] == [
+        (plant, to_reach, True)
+        for plant in ("", ", foreign plant", ", foreign plant, sensors of a lab")
+        for to_reach in (0.015, 0.05)
+    ]
+    for figure in asked:  # the first numbers are worse than the last
+        assert figure.value > four.statistics()["median"]
+
+
+def test_a_lab_s_sensors_read_in_steps_and_the_force_late() -> None:
+    read = in_a_lab(np.linspace(0.0, 1e-3, 90).reshape(10, 9))
+    np.testing.assert_allclose(read[:, :3] / RESOLUTION_M, np.round(read[:, :3] / RESOLUTION_M), atol=1e-9)
+    np.testing.assert_array_equal(read[2:, 6:], np.linspace(0.0, 1e-3, 90).reshape(10, 9)[:-2, 6:])
 
 
 def test_the_bound_of_the_noise_stands_beside_the_object_at_the_percentile(four) -> None:
