@@ -17,6 +17,7 @@ _FOREIGN: Final = "environment.!=ForeignBox"
 _FREE: Final = "environment.object.friction=null"
 _RUBBING: Final = (_FREE, "environment.object.parameters.Fc=0.5")
 _SENSORS: Final = "environment.sensors={position_resolution: 1.0e-5, velocity_window: 0.01}"
+_LAB: Final = ("environment.sensors={position_resolution: 1.0e-5, delay: 0.002}", "environment.surface=0.0002")
 PLANTS: Final[Mapping[str, tuple[str, ...]]] = {
     "own": (),
     "foreign": (_FOREIGN,),
@@ -29,6 +30,7 @@ PLANTS: Final[Mapping[str, tuple[str, ...]]] = {
     "foreign, force below 40 Hz": (_FOREIGN, "environment.sensors.corner=40.0"),
     "foreign, 0.5 N, force 2 ms late": (_FOREIGN, *_RUBBING, "environment.sensors.delay=0.002"),
     "foreign, 0.5 N, force below 40 Hz": (_FOREIGN, *_RUBBING, "environment.sensors.corner=40.0"),
+    "foreign, 0.5 N, positions to 10 um, force 2 ms late, surface 0.2 mm higher": (_FOREIGN, *_RUBBING, *_LAB),
     "foreign, 0.5 N, surface 0.2 mm higher": (_FOREIGN, *_RUBBING, "environment.surface=0.0002"),
     "foreign, 0.5 N, surface 1 mm lower": (_FOREIGN, *_RUBBING, "environment.surface=-0.001"),
     "foreign, 0.5 N, surface 1 mm higher": (_FOREIGN, *_RUBBING, "environment.surface=0.001"),
