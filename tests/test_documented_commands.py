@@ -21,7 +21,7 @@ NOT_RUN = {
     r" --hardware| --side | --peer ": "needs devices, or a second machine; tests/cli/test_run_*.py run it on emulators",
     r" --realtime| --meshcat": "takes as long as the wall clock, and shows a page",
     r"^(experiment|trial|bench|demo)\b": "takes minutes or more; tests/cli/test_{experiment,bench,demo}.py run it",
-    r" --seconds 3600": "takes minutes",
+    r" --seconds (30|3600)\b": "takes half a minute or more",
     r"^view\b": "shows a page until nobody looks; tests/cli/test_view.py runs it",
     r"\bmy\.py:": "on the page's own file, with which tests/diagrams/test_own_parts.py runs it",
     r" (10mm1Hz0A|ContPalpRAL18T1)\.npz ": "on public recordings, which need not be there",
@@ -30,6 +30,8 @@ NOT_RUN = {
 BRIEFLY = {"diagnose": ["--time-budget", "20"]}
 """What is added to a command that would search for minutes."""
 
+BROKEN = re.compile(r"(`mmt-drake [^`\n]*)\n([^`\n]*`)")
+"""A command in a sentence that goes on in the next line."""
 SHOWN = re.compile(r"^(?:\S+=(?:\"[^\"]*\"|\S+) )*(?:\.venv/bin/)?mmt-drake (.*)$")
 INLINE = re.compile(r"`(?:[^`]*/)?mmt-drake ([^`]+)`")
 FORM = re.compile(r"(?<![\w{.:-])[A-Z]+(?![\w}=.-])|\.\.\.")  # REC, DIR: what a reader puts there
@@ -38,7 +40,7 @@ FORM = re.compile(r"(?<![\w{.:-])[A-Z]+(?![\w}=.-])|\.\.\.")  # REC, DIR: what a
 def commands_of(document: Path) -> list[list[str]]:
     """The arguments of every command that a document shows, in its order; a name alone is no command."""
     found = []
-    for line in document.read_text().replace("\\\n", " ").splitlines():
+    for line in BROKEN.sub(r"\1 \2", document.read_text().replace("\\\n", " ")).splitlines():
         shown = SHOWN.match(line.strip())
         texts = [re.sub(r"\s+# .*", "", shown[1])] if shown else INLINE.findall(line)
         for text in texts:
