@@ -16,13 +16,7 @@ from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.diagrams.proof.trial.real import run
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase, RealPart
 from mmt_drake.diagrams.proof.trial.real.data_sets import CASES, real_cases, without_a_case
-from mmt_drake.diagrams.proof.trial.real.preparation import (
-    along,
-    between,
-    from_release,
-    loaded_by_gravity,
-    pressed_into_the_surface,
-)
+from mmt_drake.diagrams.proof.trial.real.preparation import between, from_release, loaded_by_gravity
 from mmt_drake.diagrams.proof.trial.real.run import Diagnosed, diagnosed_table, held_out_error, run_real
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import parse_model
@@ -35,7 +29,12 @@ NAMED = {case.name: case for case in CASES}
 BAM_SERVO, EMPS, MR_DAMPER = (NAMED[name] for name in ("bam_servo", "emps", "mr_damper"))
 LIGHT_BALL, HEAVY_BALL = (NAMED[f"falling_balls/{ball}"] for ball in ("orange_whiffle_ball", "baseball"))
 BALLS = [case for case in CASES if case.folder == "falling_balls"]
-KIND = {"driven_body": "driven_body", "transmission": "driven_body", "kelvin_voigt": "single_axis"}
+KIND = {
+    "driven_body": "driven_body",
+    "transmission": "driven_body",
+    "kelvin_voigt": "single_axis",
+    "surface_contact": "contact",
+}
 
 
 def overlap(one: RealPart, other: RealPart) -> bool:
@@ -171,41 +170,11 @@ def test_a_pendulum_s_gears_carry_the_torque_of_gravity(recordings: Path) -> Non
         loaded_by_gravity(falling(0.0, 0.6, 0.0, first=0.0))
 
 
-def test_strokes_into_a_surface_become_depth_whatever_its_height() -> None:
-    time = np.arange(0.0, 60.0, 0.015)
-    depth = -2e-3 * np.sin(2.0 * np.pi * 1.5 * time)
-    surface = 5e-3 * np.sin(2.0 * np.pi * 0.05 * time) + 1e-4 * time
-    z = np.zeros_like(time)
-    columns = {f"position_{axis}": z for axis in "xy"} | {f"force_{axis}": z for axis in "xy"}
-    columns |= {"position_z": surface + depth, "force_z": 1.2 - 470.0 * depth}
-    pressed = pressed_into_the_surface(completed(time, columns, "probe"))
-    inside = (time > 3.0) & (time < 57.0)  # the filter's ends
-    error = pressed["position"] - depth
-    assert np.abs(error[inside]).max() < 0.02 * 2e-3 + 0.001 * 5e-3
-    assert np.array_equal(pressed["force"], columns["force_z"])
-
-
-def test_the_depth_explains_the_force_that_the_height_does_not(recordings: Path) -> None:
-    (part,) = NAMED["dvrk_palpation/pressed"].fitted
-    as_recorded = along(replace(part, prepared=None).load(recordings / "dvrk_palpation"), "z")
-    (depth,) = NAMED["dvrk_palpation/pressed"].load_fitted(recordings)
-
-    def explained(recording: Recording) -> float:
-        return float(np.corrcoef(recording["position"], recording["force"])[0, 1] ** 2)
-
-    assert explained(as_recorded) < 0.3 and explained(depth) > 0.9
-
-
 def test_a_stretch_beyond_the_recording_is_refused() -> None:
     drop = falling(0.0, 0.6, 0.0, first=0.0)
     assert between(drop, 1.0, 2.0).time[0] >= 1.0
     with pytest.raises(BadInput, match=r"ball: time: found 0 to 3\.\d+ s, expected at least 10 samples from 5 to 6 s"):
         between(drop, 5.0, 6.0)
-
-
-def test_an_axis_that_is_none_is_refused() -> None:
-    with pytest.raises(BadInput, match="found w, expected x or y or z"):
-        along(falling(0.0, 0.6, 0.0, first=0.0), "w")
 
 
 NOMINAL = {"structure": "driven_body", "parameters": {"m": 1.0, "b": 0.5}}

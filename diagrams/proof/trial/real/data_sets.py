@@ -4,21 +4,13 @@ Nominal values are those a user would have: published by the owners of the data,
 structure that is handed in.
 """
 
-from collections.abc import Callable, Collection
-from itertools import pairwise
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Final
 
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase, RealPart
-from mmt_drake.diagrams.proof.trial.real.preparation import (
-    from_horizontal,
-    from_release,
-    loaded_by_gravity,
-    pressed_into_the_surface,
-    slid_along_y,
-)
+from mmt_drake.diagrams.proof.trial.real.preparation import from_horizontal, from_release, loaded_by_gravity
 from mmt_drake.errors import BadInput
-from mmt_drake.recording import Recording
 
 _BASELINES = "Champneys et al. 2024, Baseline Results for Selected Nonlinear System Identification Benchmarks"
 _BEST_SILVERBOX = "best result collected for the Silverbox on nonlinearbenchmark.org"
@@ -34,11 +26,6 @@ def _motions(*names: str) -> tuple[RealPart, ...]:
     return tuple(RealPart(f"xl330_{name}.npz", prepared=loaded_by_gravity) for name in names)
 
 
-def _stretches(file: str, prepared: Callable[[Recording], Recording], *borders: float) -> tuple[RealPart, ...]:
-    """One recording cut at some times [s]."""
-    return tuple(RealPart(file, seconds=between, prepared=prepared) for between in pairwise(borders))
-
-
 def _balls(ball: str, mass: float, concealed: str, simple: float | None = None) -> RealCase:
     """Two drops of one ball of a mass [kg]: the first is fitted, the second held out."""
     drops = tuple(RealPart(f"{ball}.npz", number=number, prepared=from_release) for number in (0, 1))
@@ -49,6 +36,18 @@ def _balls(ball: str, mass: float, concealed: str, simple: float | None = None) 
         model={"structure": "driven_body", "parameters": {"m": mass}, "gravity": {"kind": "constant", "value": 9.81}},
         concealed=concealed,
         unit="m",
+        simple=simple,
+    )
+
+
+def _scan(name: str, file: str, simple: float | None = None) -> RealCase:
+    """One scan of a ball probe over an organ of silicone: a level surface and a rough guess of its stiffness."""
+    return RealCase(
+        name=f"dvrk_palpation/{name}",
+        fitted=(RealPart(file),),
+        model=_model("surface_contact", k=400.0, b=1.0),
+        concealed="the shape of the surface, and friction between it and the probe",
+        unit="mN",
         simple=simple,
     )
 
@@ -72,9 +71,6 @@ def _spindle_to_jaw(file: str) -> RealPart:
     """The surgical grasper as a transmission."""
     return RealPart(file, columns={"time": "t_raw", "input": "q_back_rad", "output": "q_front_rad"})
 
-
-_PRESSED = _stretches("ContPalpRAL18T1.npz", pressed_into_the_surface, 20.0, 200.0, 390.0)
-_SLID = _stretches("Hamlyn_Zone2_T1.npz", slid_along_y, 0.0, 180.0, 316.0)
 
 CASES: Final = (
     # Mass and viscous friction as published (Janot, Gautier and Brunot 2019), its Coulomb friction and offset left out.
@@ -135,24 +131,10 @@ CASES: Final = (
     _balls("baseball", 0.1417, "drag, too small to be seen: it cannot be told"),
     _balls("golf_ball", 0.0459, "drag, too small to be seen: it cannot be told"),
     _balls("bowling_ball", 2.296, "nothing that could be seen", simple=0.017),
-    # Spring and damper by least squares on the stretch that is fitted, once the height of the surface is taken off.
-    RealCase(
-        name="dvrk_palpation/pressed",
-        fitted=_PRESSED[:1],
-        held_out=(HeldOut("rest of the scan", _PRESSED[1:]),),
-        model=_model("kelvin_voigt", k=438.6, b=4.29, F0=1.198),
-        concealed="whatever the silicone does beyond a spring and a damper",
-        unit="mN",
-    ),
-    # Spring and damper by least squares on the stretch that is fitted.
-    RealCase(
-        name="dvrk_palpation/slid",
-        fitted=_SLID[:1],
-        held_out=(HeldOut("rest of the scan", _SLID[1:]),),
-        model=_model("kelvin_voigt", k=0.893, b=23.2, F0=0.0407),
-        concealed="friction between the probe and the organ",
-        unit="mN",
-    ),
+    _scan("pressed", "ContPalpRAL18T1.npz", simple=0.318),
+    _scan("slid", "Hamlyn_Zone2_T1.npz"),
+    _scan("wrist_fixed", "zone1_wrist_fixed.npz"),
+    _scan("wrist_moving", "zone3_adp_wrist_cdp.npz"),
     # Inertia and viscous friction of the current, and gravity, by least squares over the smoothed motion.
     RealCase(
         name="ur10e_jointwise",

@@ -1,22 +1,19 @@
-"""Preparation of public recordings for a model that starts at rest, or has one axis."""
+"""Preparation of public recordings for a model that starts at rest."""
 
 from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import butter, sosfiltfilt
 
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 from mmt_drake.recording.check import completed
-from mmt_drake.recording.signals import AXES
 
 _FEWEST = 10
 _GRAVITY = 9.81  # [m/s^2]
 _EARLY_S = 1.2  # a ball's flight from which its release is estimated
 _SOONEST_S = 1e-3  # the first sample after the release
-_SURFACE_HZ = 0.5  # the surface's height passes below, strokes above
 
 
 def between(recording: Recording, start: float, end: float) -> Recording:
@@ -32,44 +29,6 @@ def between(recording: Recording, start: float, end: float) -> Recording:
         raise BadInput(recording.source, at="time", found=span, expected=expected)
     columns = {name: values[kept] for name, values in recording.columns.items()}
     return replace(recording, time=recording.time[kept], columns=columns, clouds=())
-
-
-def along(recording: Recording, axis: str) -> Recording:
-    """One axis of a contact recording as a single-axis recording: position and force; the velocity is derived.
-
-    Raises:
-        BadInput: no contact recording, or no such axis.
-    """
-    if axis not in AXES:
-        raise BadInput(recording.source, at="axis", found=axis, expected=" or ".join(AXES))
-    columns = {"position": recording[f"position_{axis}"], "force": recording[f"force_{axis}"]}
-    note = f"axis {axis} of three"
-    return completed(recording.time, columns, recording.source, notes=(note,), constants=recording.constants)
-
-
-def pressed_into_the_surface(recording: Recording) -> Recording:
-    """The normal axis of a probe that presses in strokes while it travels over a surface of unknown height.
-
-    The surface's height under the probe is taken to be what of the probe's height is slower than 0.5 Hz (zero-phase
-    Butterworth filter of order 4), so `position` is depth about its running mean. The force is left as it was
-    recorded: the robot held its mean.
-
-    Raises:
-        BadInput: no contact recording.
-    """
-    whole = along(recording, "z")
-    time, height = whole.time, whole["position"]
-    even = np.linspace(time[0], time[-1], len(time))  # the filter wants an even clock
-    sections = butter(2, _SURFACE_HZ, fs=(len(time) - 1) / (time[-1] - time[0]), output="sos")
-    surface = np.interp(time, even, sosfiltfilt(sections, np.interp(even, time, height)))
-    note = f"position: less the surface's height, the part below {_SURFACE_HZ:g} Hz"
-    columns = {"position": height - surface, "force": whole["force"]}
-    return completed(time, columns, whole.source, notes=(note,), constants=whole.constants)
-
-
-def slid_along_y(recording: Recording) -> Recording:
-    """The y axis of a contact recording; raises as `along`."""
-    return along(recording, "y")
 
 
 def loaded_by_gravity(recording: Recording) -> Recording:
