@@ -6,7 +6,8 @@ examples:
   mmt-drake fit first.mcap second.mcap --axis y --out model.yaml
 
 Several REC are recordings of the same system. The structure is what goes with the columns: of three axes of position
-and force flexible_box, of one kelvin_voigt, of input and output driven_body; --structure says another.
+and force flexible_box, of one kelvin_voigt, of input and output driven_body; --structure says another, as
+surface_contact for a tip that presses on a surface of unknown shape: of that k and b are guessed, not fitted.
 
 Every number is sought over three decades, from many starts. Printed beside each is its 95 % interval, and one word:
 `determined`; `of this structure` (more than noise is left, so another structure may have another value); `at most` (it
@@ -26,7 +27,7 @@ from mmt_drake.errors import BadInput
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
     parser.add_argument("recordings", nargs="+", metavar="REC", help="recordings of one system")
-    text = "flexible_box, kelvin_voigt or driven_body (default: by the columns)"
+    text = "flexible_box, kelvin_voigt, driven_body or surface_contact (default: by the columns)"
     parser.add_argument("--structure", metavar="S", help=text)
     parser.add_argument("--out", required=True, metavar="MODEL.yaml", help="where to write the model")
     add_workers(parser)

@@ -28,6 +28,7 @@ from mmt_drake.diagnosis.tell.first import FirstModel, FirstNumber, Told
 from mmt_drake.errors import BadInput, attempt
 from mmt_drake.model.parameters import NORMAL, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Structure, Units
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model, compared
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
@@ -42,6 +43,10 @@ WIDER = 1.25
 """Intervals are so much wider than the residual alone says. That does not show what noise of the position does to a fit
 which takes the motion as given: unwidened, 91 of 100 numbers of 19 drawn recordings lay in theirs, of boxes 57 of 66.
 """
+_UNKNOWN_SURFACE = (
+    "The shape of the surface is not known, so these are guesses from quick presses, where its slope matters least. "
+    "`mmt-drake diagnose` learns the shape, and the stiffness with it."
+)
 _SPREAD = 0.9  # of that, on a logarithmic scale
 _NEAR = 0.98  # of a bound
 _APART = 0.1
@@ -62,7 +67,8 @@ def fit(
 
     Args:
         recordings: of the same system.
-        structure: `flexible_box`, `kelvin_voigt`, `driven_body`; by default what goes with the columns.
+        structure: `flexible_box`, `kelvin_voigt`, `driven_body`, `surface_contact`; by default what goes with the
+            columns. Of a tip on a surface, which is unknown, numbers are guessed from quick presses and not fitted.
         executor: runs the fits; by default as many threads as there are processors.
         on_stage: called with what is being done.
 
@@ -76,8 +82,23 @@ def fit(
     for recording in recordings[1:]:
         if recording.kind != recordings[0].kind:
             raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=recordings[0].kind)
+    model = rough_model(recordings[0], structure)
+    if isinstance(model, SurfaceContact):
+        return _guessed(recordings, model)
     with threadpool_limits(limits=1, user_api="blas"):
-        return _Search(recordings, executor, on_stage).run(rough_model(recordings[0], structure))
+        return _Search(recordings, executor, on_stage).run(model)
+
+
+def _guessed(recordings: Sequence[Recording], model: SurfaceContact) -> FirstModel:
+    """A model that was not fitted, since what is pressed on is not known."""
+    prepared = prepare(recordings, model)
+    if prepared.problem is None:
+        return FirstModel(model, prepared.findings, reason=prepared.reason or "Nothing in these recordings moves.")
+    numbers = (
+        FirstNumber(symbol, value, unit, (value / FARTHEST, value * FARTHEST), "cannot be told")
+        for symbol, value, unit in (("k", model.k, "N/m"), ("b", model.b, "N s/m"))
+    )
+    return FirstModel(model, prepared.findings, tuple(numbers), caution=_UNKNOWN_SURFACE)
 
 
 @dataclass(frozen=True)
@@ -147,7 +168,7 @@ class _Search:
         model = cast(Model, best.model)
         if isinstance(model, FlexibleBoxModel) and set(NORMAL) <= set(fine.unseen):
             model = replace(model, normal=NormalContact(0.0, 0.0))
-        units, unnamed = _units(self.recordings[0])
+        units, caution = _units(self.recordings[0])
         model = replace(model, units=units)
         ruler, left = Ruler(prepared, fine), NoiseReference.of(fine).left(best)
         numbers = _numbers(model, minima[0], ci)
@@ -161,7 +182,7 @@ class _Search:
             noise=tuple(held.floor(model) for held in ruler.heldout),
             left=left,
             minima=len(_distinct(minima)),
-            unnamed=unnamed,
+            caution=caution,
         )
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpation_samples import STIFFNESS, palpation
 
 from mmt_drake.diagnosis.first_model import FirstModel, _units, fit
 from mmt_drake.diagnosis.fit.rough import rough_model
@@ -14,6 +15,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.structure import Units
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.recording import Recording
 from mmt_drake.recording.check import completed
 
@@ -118,6 +120,13 @@ def test_rough_numbers_are_those_of_least_squares() -> None:
     assert (rough.k, rough.b, rough.F0) == pytest.approx((500.0, 20.0, 0.5), rel=0.02)
 
 
+def test_of_a_tip_on_an_unknown_surface_the_stiffness_is_guessed_and_called_so() -> None:
+    found = fit([palpation(radius=0.08, mu=0.3, seconds=10.0)], "surface_contact")
+    assert isinstance(found.model, SurfaceContact) and found.model.k == pytest.approx(STIFFNESS, rel=0.1)
+    assert {n.symbol: n.told for n in found.numbers} == {"k": "cannot be told", "b": "cannot be told"}
+    assert remarks(found)[0].startswith("The shape of the surface is not known, so these are guesses")
+
+
 def test_forces_on_the_object_are_refused_and_the_option_is_named() -> None:
     recording = pulled(500.0, 20.0, 0.5)
     turned = replace(recording, columns={**recording.columns, "force": -recording["force"]})
@@ -141,7 +150,7 @@ def test_an_input_that_never_changes_is_refused() -> None:
 @pytest.mark.parametrize(
     ("structure", "message"),
     [
-        ("springs", "--structure: found 'springs', expected one of flexible_box, kelvin_voigt, driven_body"),
+        ("springs", "--structure: found 'springs', expected one of flexible_box, kelvin_voigt, driven_body, surface"),
         ("driven_body", "--structure: found driven_body for a single axis recording, expected flexible_box or kelvin"),
     ],
 )

@@ -9,11 +9,12 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 
-StructureName = Literal["flexible_box", "kelvin_voigt", "driven_body"]
+StructureName = Literal["flexible_box", "kelvin_voigt", "driven_body", "surface_contact"]
 
 _USUAL: dict[str, StructureName] = {
     "contact": "flexible_box",
@@ -44,7 +45,11 @@ def rough_model(recording: Recording, structure: str | None = None) -> Model:
             changes; a recording that is too short to be smoothed.
     """
     structure = usual_structure(recording) if structure is None else structure
-    kinds = {"flexible_box": ("contact", "single_axis"), "kelvin_voigt": ("single_axis",)}
+    kinds = {
+        "flexible_box": ("contact", "single_axis"),
+        "kelvin_voigt": ("single_axis",),
+        "surface_contact": ("contact",),
+    }
     if structure not in get_args(StructureName):
         raise BadInput("--structure", found=repr(structure), expected=f"one of {', '.join(get_args(StructureName))}")
     if recording.kind not in kinds.get(structure, ("driven_body",)):
@@ -61,7 +66,10 @@ def rough_model(recording: Recording, structure: str | None = None) -> Model:
     spread = np.ptp(moving[counts], axis=0) if counts.any() else np.zeros(1)
     if not spread.max() > 0.0:
         still: dict[str, Model] = {"driven_body": DrivenBodyModel(m=1.0), "kelvin_voigt": KelvinVoigt(k=1.0)}
+        still["surface_contact"] = SurfaceContact(k=1.0, b=0.0)
         return still.get(structure, FlexibleBoxModel(in_plane=None))
+    if structure == "surface_contact":
+        return _surface_contact(smoothed, counts)
     if structure == "driven_body":
         return _driven_body(recording, smoothed, counts)
     if structure == "kelvin_voigt":
@@ -85,6 +93,13 @@ def _kelvin_voigt(smoothed: Smoothed, counts: Flags) -> KelvinVoigt:
     causes = np.column_stack([-smoothed.input[:, 0], -smoothed.input_rate[:, 0], np.ones(len(smoothed.time))])
     k, b, F0 = _coefficients(smoothed.filter(causes)[counts], smoothed.output[counts, 0])
     return KelvinVoigt(k=abs(k), b=abs(b), F0=F0)
+
+
+def _surface_contact(smoothed: Smoothed, counts: Flags) -> SurfaceContact:
+    """By the rates of force and height: quick presses tell them, and least of the slope of an unknown surface."""
+    rates = np.gradient(np.column_stack([-smoothed.input[:, 2], -smoothed.input_rate[:, 2]]), smoothed.time, axis=0)
+    k, b = _coefficients(rates[counts], np.gradient(smoothed.output[:, 2], smoothed.time)[counts])
+    return SurfaceContact(k=abs(k), b=abs(b))
 
 
 def _flexible_box(smoothed: Smoothed, counts: Flags, lively: int) -> FlexibleBoxModel:

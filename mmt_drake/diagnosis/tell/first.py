@@ -53,7 +53,7 @@ class FirstModel:
         minima: sets of numbers that these recordings do not tell apart.
         findings: what the check before the fit saw.
         reason: why nothing can be told, and `model` is any; None if something can.
-        unnamed: why the numbers are not in the recording's own units; None if they are.
+        caution: what else to keep in mind, as that the numbers are not in the recording's own units; or None.
     """
 
     model: Model
@@ -64,7 +64,7 @@ class FirstModel:
     left: float = math.inf
     minima: int = 0
     reason: str | None = None
-    unnamed: str | None = None
+    caution: str | None = None
 
     @property
     def explains(self) -> bool:
@@ -79,7 +79,14 @@ def numbers_table(found: FirstModel) -> Table:
 
 
 def remarks(found: FirstModel) -> list[str]:
-    """What to keep in mind with the numbers, a sentence each; the held-out error first."""
+    """What to keep in mind with the numbers, a sentence each; the held-out error first, where they were fitted."""
+    said = _fitted_remarks(found) if found.heldout else []
+    if found.caution is not None:
+        said.append(found.caution)
+    return [*said, *(finding.text for finding in found.findings if finding.severity == "warn")]
+
+
+def _fitted_remarks(found: FirstModel) -> list[str]:
     errors = ", ".join(significant(error, 3) for error in found.heldout)
     noise = ", ".join(significant(error, 3) for error in found.noise)
     said = [f"Held-out error: {errors} of the spread of what was measured; noise alone would leave {noise}."]
@@ -96,9 +103,7 @@ def remarks(found: FirstModel) -> list[str]:
     zero = [n.symbol for n in found.numbers if n.told == "at most" and n.value == 0.0]
     if zero:
         said.append(f"May as well be 0, and is in the model: {', '.join(zero)}.")
-    if found.unnamed is not None:
-        said.append(found.unnamed)
-    return [*said, *(finding.text for finding in found.findings if finding.severity == "warn")]
+    return said
 
 
 def save_first_model(found: FirstModel, path: str | Path, sources: list[str]) -> None:
