@@ -14,6 +14,8 @@ _SEGMENT = 1024  # samples: bins of 1 Hz at 1 kHz
 _BLOCKS = 8  # parts of the upper half of the spectrum, the quietest of which counts
 TOP = 0.48  # of the rate: what lies above is the anti-aliasing filter's
 _FEWEST = 128  # samples, for a spectrum
+_BRIEF = 32  # samples of a segment that a jump now and then leaves alone
+_JUMPS_DB = 6.0  # that high frequencies lose between jumps, where jumps fill the spectrum
 _RMS_OF_THIRD_DIFFERENCE = math.sqrt(20.0)  # 1, -3, 3, -1
 WHITE_DB = 3.0
 
@@ -58,7 +60,11 @@ def spectrum(values: Array, rate_hz: float, segment: int = _SEGMENT) -> tuple[Ar
 
 
 def noise_of(values: Array, rate_hz: float) -> NoiseSpectrum:
-    """The spectrum of a signal (n,) on an even clock, to read its noise off."""
+    """The spectrum of a signal (n,) on an even clock, to read its noise off.
+
+    Friction that turns jumps in every segment of a signal that is sampled slowly. Then the noise is taken for white,
+    and read off brief segments: most of them hold no jump.
+    """
     if len(values) < _FEWEST:
         # White noise through a third difference; what is left of a slow motion only adds.
         std = float(np.std(np.diff(values, 3))) / _RMS_OF_THIRD_DIFFERENCE if len(values) > 3 else 0.0
@@ -67,7 +73,16 @@ def noise_of(values: Array, rate_hz: float) -> NoiseSpectrum:
     averaged = 2.0 * len(values) / min(_SEGMENT, len(values)) - 1.0
     upper = (frequency >= rate_hz / 4.0) & (frequency <= TOP * rate_hz)
     high = min(_typical(block, averaged) for block in np.array_split(density[upper], _BLOCKS))
+    between = _density_between_jumps(values, rate_hz)
+    if 0.0 < between * 10.0 ** (_JUMPS_DB / 10.0) < high:
+        return NoiseSpectrum(np.empty(0), np.empty(0), rate_hz, 1.0, between)
     return NoiseSpectrum(frequency, density, rate_hz, averaged, high)
+
+
+def _density_between_jumps(values: Array, rate_hz: float) -> float:
+    frequency, density = spectrum(values, rate_hz, _BRIEF)
+    upper = (frequency >= rate_hz / 4.0) & (frequency <= TOP * rate_hz)
+    return _typical(density[upper], 2.0 * len(values) / _BRIEF - 1.0)
 
 
 @dataclass(frozen=True)
@@ -75,10 +90,10 @@ class NoiseSpectrum:
     """The spectrum of a signal, of which the frequencies that its motion does not reach are its noise.
 
     Attributes:
-        frequency, density: (m,) [Hz], [unit^2/Hz]; empty where the signal is too short for a spectrum.
+        frequency, density: (m,) [Hz], [unit^2/Hz]; empty where the signal is too short, or jumps fill its spectrum.
         rate_hz: of the signal.
         averaged: segments in the median.
-        high: density in the quietest eighth of the upper half of the spectrum [unit^2/Hz].
+        high: density in the quietest eighth of the upper half of the spectrum, or between jumps [unit^2/Hz].
     """
 
     frequency: Array
