@@ -159,7 +159,7 @@ def read_text(path: str | Path, what: str) -> str:
             raise BadInput(path, found=f"more than {_MOST_BYTES} bytes", expected=what)
         return content.decode("utf-8")
     except OSError as error:
-        raise BadInput(path, found=error.strerror or type(error).__name__, expected=what) from None
+        raise BadInput(path, found=(error.strerror or type(error).__name__).lower(), expected=what) from None
     except UnicodeDecodeError:
         raise BadInput(path, found="bytes that are no UTF-8 text", expected=what) from None
 
@@ -177,7 +177,8 @@ def parse(text: str, source: str) -> Any:
         at = f"line {mark.line + 1}, column {mark.column + 1}" if mark else None
         problem = getattr(error, "problem", None) or str(error).partition("\n")[0]  # of a character that no text has
         problem = problem.removeprefix("but ").removeprefix("found ")
-        raise BadInput(source, at=at, found=problem[:_LONGEST], expected="YAML") from None
+        expected = "each key once" if problem.endswith("twice") else "YAML"
+        raise BadInput(source, at=at, found=problem[:_LONGEST], expected=expected) from None
     except (ValueError, OverflowError):  # of `chr`
         raise BadInput(source, found="an escape for a character that Unicode does not have", expected="YAML") from None
 

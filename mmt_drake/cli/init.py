@@ -46,4 +46,6 @@ def main(arguments: argparse.Namespace) -> int:
         say(f"Fill in {mapping}, and then:")
     rec = arguments.recording
     say(f"next: mmt-drake diagnose {rec}{options} --out out/{stem.name}")
+    if model.exists():
+        say(f"or, once its numbers are what you believe in: the same with --model {model}")
     return 0

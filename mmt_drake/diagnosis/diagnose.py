@@ -31,7 +31,7 @@ from mmt_drake.diagnosis.search.learn import tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
-from mmt_drake.diagnosis.search.watch import OnStage, SearchSetup, Watch
+from mmt_drake.diagnosis.search.watch import NOTHING, OnStage, SearchSetup, Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
 from mmt_drake.diagnosis.tell.prescribe import prescribe
@@ -165,7 +165,7 @@ class _Session:
             judgement = Judgement(verdict, standard, refit, best, ruler, self._shares(ruler, best))
             return outcome_of(self.prepared, self.model, judgement)
         _, start = fit_base(problem, self.model, skew, self.executor, refit)
-        self.watch.saw("nothing", problem.left(start))
+        self.watch.saw(NOTHING, problem.left(start))
         setup = SearchSetup(problem, self.library, scales_of(problem, start.model), self.executor, self.watch)
         with self.watch.within(SEARCHING):
             levels = search(setup, start, enough=partial(self._enough, problem, standard), most=MOST_EFFECTS)

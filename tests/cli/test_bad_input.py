@@ -85,7 +85,7 @@ def scenario_cases() -> Iterator[tuple[str, Make, tuple[str, ...]]]:
     for what, (content, told) in SCENARIOS.items():
         yield what, lambda folder, content=content: _run(folder, text(folder / "mine.yaml", content)), told
     yield "no such scenario", lambda folder: _run(folder, "setup9"), ("found setup9", "setup1-delay")
-    yield "no such file", lambda folder: _run(folder, folder / "mine.yaml"), ("mine.yaml: found No such file",)
+    yield "no such file", lambda folder: _run(folder, folder / "mine.yaml"), ("mine.yaml: found no such file",)
 
 
 def _run(folder: Path, scenario: object) -> list[object]:
@@ -143,7 +143,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "convert IN /proc/made.csv": ("/proc/made.csv: found",),
     "convert IN OUT/made.csv --topic /telerobot/wrench=/ft": ("--topic /telerobot/wrench=/ft",),
     "simulate --operator IN --out OUT/made.csv": ("required: --model",),
-    "simulate --model nowhere.yaml --operator IN --out OUT/made.csv": ("nowhere.yaml: found No such file",),
+    "simulate --model nowhere.yaml --operator IN --out OUT/made.csv": ("nowhere.yaml: found no such file",),
     "simulate --model nowhere.yaml --operator IN --out OUT/made.xlsx": ("made.xlsx: found ending '.xlsx'",),
 }
 

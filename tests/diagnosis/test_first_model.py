@@ -77,7 +77,7 @@ def test_damping_that_the_noise_hides_is_no_number_but_a_bound() -> None:
     assert told(found) == {"k": "determined", "b": "at most", "F0": "determined"}
     (damping,) = (n for n in found.numbers if n.symbol == "b")
     assert damping.value == 0.0 and damping.ci95[0] == 0.0 and damping.ci95[1] > 0.4
-    assert any(remark == "May as well be 0, and is in the model: b." for remark in remarks(found))
+    assert any(remark == "May as well be 0, and is 0 in the model: b." for remark in remarks(found))
 
 
 def test_what_the_structure_lacks_is_said_and_its_intervals_are_not_vouched_for() -> None:

@@ -91,7 +91,7 @@ def test_a_first_answer_with_the_effect_in_it_is_told_once_before_the_search_end
     answers: list[str] = []
     searched(BIAS, CUBIC, watch=Watch(on_answer=answers.append))
     (answer,) = answers
-    assert answer.startswith("so far, ") and "force_bias" in answer
+    assert answer.startswith("so far ") and "force_bias" in answer
 
 
 @pytest.mark.parametrize("concealed", [BIAS, CUBIC, COULOMB, LAG], ids=lambda effect: effect[0])

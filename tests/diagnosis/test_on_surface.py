@@ -37,7 +37,7 @@ def test_shape_and_slip_are_named_where_both_are_there(outcome):
 
 def test_a_first_answer_that_has_the_shape_is_told_on_the_way(outcome):
     (answer,) = ANSWERS
-    assert answer.startswith("so far, ") and "surface_shape" in answer and "nothing" in answer
+    assert answer.startswith("so far ") and "surface_shape" in answer and "nothing" in answer
 
 
 def test_the_learned_heights_are_those_of_the_dome_where_the_probe_was(outcome):

@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.places import Explained, Scan
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.surface_fit import SHAPE, SurfaceFit
-from mmt_drake.diagnosis.search.watch import Watch
+from mmt_drake.diagnosis.search.watch import NOTHING, Watch
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.numeric.arrays import Array
@@ -68,7 +68,7 @@ class SurfaceSearch:
     def _tried(self, scan: Scan, starts: Sequence[tuple[Hypothesis, Array, Array]]) -> list[Explained]:
         """Sets of effects, as long as there is time, without those that cannot be simulated."""
         found: list[Explained] = []
-        names = [" + ".join(hypothesis.names) or "nothing" for hypothesis, *_ in starts]
+        names = [" + ".join(hypothesis.names) or NOTHING for hypothesis, *_ in starts]
         results = self.executor.map(lambda start: attempt(scan.explained, *start), starts)
         for number, explained in enumerate(results):
             self.watch.on_stage(names[number])

@@ -11,6 +11,8 @@ from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.effects.effect import Effect, Scales
 
 OnStage = Callable[[str], None]
+NOTHING = "nothing"
+"""The name of no effect at all."""
 _BEST_SHOWN = 5
 
 
@@ -47,7 +49,7 @@ class Watch:
             self._end = end
 
     def saw(self, names: str, left: float) -> None:
-        """Note that with these effects (`nothing added`, say) this many times the noise is left."""
+        """Note that with these effects (`NOTHING`, say) this many times the noise is left."""
         self._left[names] = min(left, self._left.get(names, math.inf))
 
     def answer(self) -> None:
@@ -60,8 +62,11 @@ class Watch:
     def so_far(self) -> str:
         """What is known in the midst of a search, in a sentence; nothing before its first fit."""
         least = sorted(self._left.items(), key=lambda item: item[1])[:_BEST_SHOWN]
-        shown = ", ".join(f"{names} {left:.3g}" for names, left in least)
-        return f"so far, times the noise that is left, by what is added to the model: {shown}" if shown else ""
+        if not least:
+            return ""
+        said = [f"{left:.3g} with {names}{' added' if i == 0 else ''}" for i, (names, left) in enumerate(least)]
+        end = "; no effect has been fitted yet" if [*self._left] == [NOTHING] else ""
+        return f"so far the error over the noise is {', '.join(said)}{end}"
 
     def miss(self, what: Iterable[str]) -> None:
         """Note what there was no time for."""

@@ -102,7 +102,7 @@ def _fitted_remarks(found: FirstModel) -> list[str]:
         said.append(f"Cannot be told from these recordings: {', '.join(untold)}; the value is one of many that do.")
     zero = [n.symbol for n in found.numbers if n.told == "at most" and n.value == 0.0]
     if zero:
-        said.append(f"May as well be 0, and is in the model: {', '.join(zero)}.")
+        said.append(f"May as well be 0, and is 0 in the model: {', '.join(zero)}.")
     return said
 
 
@@ -122,7 +122,7 @@ def with_first_model(outcome: Outcome, found: FirstModel) -> Outcome:
     if found.reason is not None:
         return outcome
     told = ", ".join(f"{n.symbol} {_three(n.value)} {n.unit}" for n in found.numbers)
-    head = f"No model was handed in; one was fitted to the recordings first ({FIRST_MODEL}: {told})."
+    head = f"No model was handed in; one was fitted to the recordings first ({FIRST_MODEL}: {told}), and stands for it."
     summary = f"{head} {outcome.diagnosis.summary}"
     return replace(outcome, diagnosis=replace(outcome.diagnosis, summary=summary, first_model=FIRST_MODEL))
 

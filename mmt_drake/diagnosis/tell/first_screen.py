@@ -41,7 +41,7 @@ def lead(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "insufficient_data":
         return " ".join([*said, diagnosis.summary])
     if diagnosis.first_model is not None:
-        said.append("No model was handed in: one was fitted to the recordings first.")
+        said.append("No model was handed in: one was fitted to the recordings first, and stands for it.")
     said += [*_sure(diagnosis), *_errors(diagnosis)]
     if diagnosis.untried:
         some = "1 explanation was" if len(diagnosis.untried) == 1 else f"{len(diagnosis.untried)} explanations were"

@@ -53,7 +53,12 @@ def _verdict(d: Diagnosis) -> str:
         f"{name} {significant(p.nominal, 3)} -> {bounded(p.value, p.ci95)[0]} {p.unit}"
         for name, p in d.parameters.items()
     )
-    real = "Something real is missing from the model, and no effect of the library was found to explain it."
+    real = "Something real is missing from the model, and "
+    real += (
+        "what there was time to try does not explain it."
+        if d.untried
+        else ("no effect of the library was found to explain it.")
+    )
     others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
     left_out = f"The model leaves out {_listed(e for e in d.effects if e.name != TABULATED)}"
     tables = [f"over the {words(str(e.parameters['of'].value))}" for e in d.effects if e.name == TABULATED]
