@@ -184,7 +184,7 @@ def test_a_broken_file_is_refused_in_one_line_that_names_file_and_key(tmp_path, 
 
 
 def test_a_missing_file_is_refused():
-    with pytest.raises(BadInput, match="No such file"):
+    with pytest.raises(BadInput, match="no such file"):
         load_model("nowhere.yaml")
 
 
