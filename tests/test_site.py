@@ -14,6 +14,8 @@ from typing import Any
 import pytest
 import yaml
 
+import mmt_drake as mmt
+
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]*)(?:#([^)\s]*))?\)")
@@ -87,9 +89,13 @@ def test_links_out_of_the_folder_become_pages_or_names() -> None:
     assert HOOKS.rewritten("[out](https://drake.mit.edu)", "lab.md") == "[out](https://drake.mit.edu)"
 
 
-def test_the_python_page_has_every_name_of_the_package_s_face() -> None:
-    page = (DOCS / "api" / "python.md").read_text()
-    for name in re.findall(r"^from \.\S+ import (\w+) as", (ROOT / "mmt_drake" / "__init__.pyi").read_text(), re.M):
+FACE = re.findall(r"^from \.\S+ import (\w+) as", (ROOT / "mmt_drake" / "__init__.pyi").read_text(), re.M)
+
+
+def test_the_python_page_and_help_have_every_name_of_the_package_s_face() -> None:
+    page, table = (DOCS / "api" / "python.md").read_text(), re.findall(r"^    (\w.*?)  ", mmt.__doc__ or "", re.M)
+    assert sorted(re.findall(r"\w+", " ".join(table))) == sorted(FACE)
+    for name in FACE:
         assert re.search(rf"(::: |\]\[)mmt_drake\.[\w.]+\.{name}\b", page), name
 
 
