@@ -9,11 +9,12 @@ import pytest
 from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.decide import confidence
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_the_nameless, contenders
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_the_nameless, beside_the_untried, contenders
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.tell.outcome import _untried_for
 from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.least_squares import Minimum
 
@@ -214,6 +215,38 @@ def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fit
 )
 def test_a_law_is_sure_only_beside_little_that_has_no_name(depth, nameless: float, said) -> None:
     assert beside_the_nameless(depth, 0.4, nameless) == said
+
+
+@pytest.mark.parametrize(
+    ("depth", "untried", "said"),
+    [
+        ("law", (), "law"),
+        ("law", ("contact_gap", "force_bias"), "law"),  # of other places
+        ("law", ("contact_gap", "static_friction"), "family"),
+        ("family", ("static_friction",), "family"),
+        ("law", ("static_friction", "quadratic_drag"), "block"),
+        ("block", ("static_friction", "quadratic_drag"), "block"),
+        (None, ("static_friction",), None),
+    ],
+)
+def test_a_name_is_no_surer_than_what_there_was_time_to_try_in_its_place(depth, untried, said) -> None:
+    others = [LIBRARY[name] for name in untried]
+    assert beside_the_untried(depth, LIBRARY["stribeck_friction"], others) == said
+
+
+def test_what_was_not_tried_beside_the_rest_of_a_set_counts_for_the_one_in_its_place(fits) -> None:
+    pair = fits["coulomb_friction force_bias"]
+    untried = (
+        "coulomb_friction + force_lag",
+        "force_bias + static_friction",
+        "contact_gap + end_stop",
+        "sets of 3 effects",
+    )
+    found = {e.name: [other.name for other in _untried_for(e, pair, untried)] for e in pair.hypothesis.effects}
+    assert found == {"coulomb_friction": ["static_friction"], "force_bias": ["force_lag"]}
+    alone = fits["coulomb_friction"]
+    (effect,) = alone.hypothesis.effects
+    assert [e.name for e in _untried_for(effect, alone, ("smooth_coulomb_friction",))] == ["smooth_coulomb_friction"]
 
 
 def test_a_fit_that_must_not_be_named_rules_out_but_does_not_speak_against(problem, fits) -> None:

@@ -6,7 +6,7 @@ every explanation that is not ruled out has it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -167,6 +167,24 @@ def beside_the_nameless(depth: Depth | None, share: float, nameless: float) -> D
         nameless: of what nobody has named.
     """
     return "family" if depth == "law" and nameless > MOST_NAMELESS * share else depth
+
+
+def beside_the_untried(depth: Depth | None, effect: Effect, others: Iterable[Effect]) -> Depth | None:
+    """How deep a name holds beside effects that there was no time to try in its place.
+
+    What was not tried is not ruled out. A law is then no surer than its family, and a family no surer than its block.
+
+    Args:
+        depth: that all explanations which were tried share.
+        effect: that is named.
+        others: those that were not tried in its place.
+    """
+    family, block = (_AT[deep] for deep in ("family", "block"))
+    near = [other for other in others if block(other) == block(effect)]
+    if depth is None or not near:
+        return depth
+    kin = all(family(other) == family(effect) for other in near)
+    return "family" if kin and depth != "block" else "block"
 
 
 def has(fitted: Fitted, effect: Effect, depth: Depth) -> bool:

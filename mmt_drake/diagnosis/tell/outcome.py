@@ -1,10 +1,10 @@
 """The outcome of a diagnosis: in fits, and as the document that is written and read."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_the_nameless
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_the_nameless, beside_the_untried
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
@@ -19,6 +19,8 @@ from mmt_drake.diagnosis.tell.prescribe import Prescription
 from mmt_drake.diagnosis.tell.reasons import Reasons
 from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.summary import summary_of
+from mmt_drake.effects import LIBRARY
+from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
 
@@ -139,7 +141,11 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         sure = judgement.verdict != "ambiguous"
         share = {part.part: part.share for part in judgement.shares}
         depths = {
-            e.name: beside_the_nameless(believed.depth(e), share.get(e.name, 0.0), share.get("nameless", 0.0))
+            e.name: beside_the_untried(
+                beside_the_nameless(believed.depth(e), share.get(e.name, 0.0), share.get("nameless", 0.0)),
+                e,
+                _untried_for(e, named, judgement.untried),
+            )
             if sure
             else None
             for e in named.hypothesis.effects
@@ -170,6 +176,14 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     )
     diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
     return Outcome(diagnosis, prepared, model, judgement.refit, delivered, tuple(ranked))
+
+
+def _untried_for(effect: Effect, named: Fitted, untried: Iterable[str]) -> list[Effect]:
+    """Effects that, with the rest of a set that is named, there was no time to try in the place of one."""
+    sets = [set(names.split(" + ")) for names in untried]
+    further = [names - named.hypothesis.key for names in sets if effect.name not in names]
+    found = {name for others in further if len(others) == 1 for name in others if name in LIBRARY}
+    return [LIBRARY[name].within(named.hypothesis.nominal) for name in sorted(found)]
 
 
 def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> Outcome:
