@@ -21,12 +21,23 @@ import math
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE, BISECTIONS, POSITION, READING, VELOCITY, contact_force, sense, touch
-from mmt_drake.model.forces import Surroundings, constants, level_spring, normal_force
+from mmt_drake.model.body import (
+    ANCHOR,
+    AXIS_SIZE,
+    BISECTIONS,
+    POSITION,
+    READING,
+    VELOCITY,
+    contact_force,
+    read_motion,
+    sense,
+    touch,
+)  # fmt: skip
+from mmt_drake.model.forces import Surroundings, constants, level_spring, normal_force, stored_in_laws
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.local_contact import Facet, Touch, force_of, height_above, is_level, touching
 from mmt_drake.model.normal_axis import press, pressed, touch_normal
-from mmt_drake.model.parameters import K1, K2, NORMAL_AXIS, NORMAL_K, Constants, M
+from mmt_drake.model.parameters import K1, K2, LAWS, NORMAL_AXIS, NORMAL_K, Constants, M
 from mmt_drake.model.tangential import advance_object
 from mmt_drake.model.turned import TURN_SIZE, in_force_frame
 from mmt_drake.numeric.arrays import Array
@@ -166,10 +177,14 @@ def _forces(state: Array, p: Array, c: Constants) -> tuple[float, float, float]:
 @njit(error_model="numpy", forceinline=True)
 def _tangential_force(state: Array, i: int, height: Cubic, t: float, c: Constants) -> float:
     """Along x (0) or y (1), in contact."""
-    body = BODY + AXIS_SIZE * i
+    return contact_force(state, BODY + AXIS_SIZE * i, _around(state, i, height, t, True, c), 0.0, c)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _around(state: Array, i: int, height: Cubic, t: float, contact: bool, c: Constants) -> Surroundings:
+    """The body's surroundings along x (0) or y (1) at the latest sample, t after the first [s]."""
     probe = Cubic(state[PROBE + i], state[PROBE + 3 + i], 0.0, 0.0)
-    around = Surroundings(probe, height, state[body + ANCHOR], True, t, level_spring(c))
-    return contact_force(state, body, around, 0.0, c)
+    return Surroundings(probe, height, state[BODY + AXIS_SIZE * i + ANCHOR], contact, t, level_spring(c))
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -248,8 +263,9 @@ def reading(state: Array, p: Array, force: Array) -> None:
 def stored_energy(state: Array, p: Array) -> float:
     """Energy [J] that an object whose kernel vector is p holds in store.
 
-    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 and k z²/2 along the normal, without laws
-    of effects. As long as no stiffness, damper or mass is negative and none changes, a hand gets no more out than this.
+    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 and k z²/2 along the normal, and what laws
+    along the tangential axes hold (`Law.stored`). As long as no stiffness, damper or mass is negative, the laws are
+    passive (`Effect.passive`) and nothing changes, a hand gets no more out than this.
     """
     energy = 0.0
     contact = state[CONTACT] != 0.0
@@ -266,6 +282,16 @@ def stored_energy(state: Array, p: Array) -> float:
     elif contact:
         above = height_above(facet_of(state), tip_of(state))
         energy += 0.5 * (p[K2] * deflection_of(state)[2] ** 2 + p[NORMAL_K] * above**2)
+    return energy if p[LAWS] == 0.0 else energy + _stored_in_laws(state, contact, p)
+
+
+@njit(error_model="numpy")
+def _stored_in_laws(state: Array, contact: bool, p: Array) -> float:
+    c, t, energy = constants(p), state[TIME] - state[BEGAN], 0.0
+    height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
+    for i in range(2):
+        body = read_motion(state, BODY + AXIS_SIZE * i)
+        energy += stored_in_laws(body, 0.0, _around(state, i, height, t, contact, c), c)
     return energy
 
 
