@@ -58,13 +58,13 @@ class ToldEffect:
 
     Attributes:
         name: of the library.
-        values: its parameters by symbol.
+        parameters: its values by symbol.
         deviations: standard deviations of those that were estimated, in their units.
     """
 
     name: str
-    values: Mapping[str, float]
-    deviations: Mapping[str, float] = field(default_factory=dict)
+    parameters: dict[str, float] = field(hash=False)
+    deviations: dict[str, float] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,8 @@ class ModelMessage:
         for told in self.effects:
             for symbol, deviation in told.deviations.items():
                 number = isinstance(deviation, int | float) and math.isfinite(deviation)
-                if symbol not in told.values or not (number and deviation >= 0.0):
-                    expected = f"deviations, not below 0, of {', '.join(told.values)}"
+                if symbol not in told.parameters or not (number and deviation >= 0.0):
+                    expected = f"deviations, not below 0, of {', '.join(told.parameters)}"
                     raise BadInput(_SOURCE, at=told.name, found=f"{symbol}: {deviation}", expected=expected)
         _ = self.laws
 
@@ -112,8 +112,10 @@ class ModelMessage:
         box = box_of(self.theta)
         for told in self.effects:
             if told.name in LIBRARY:
-                _check_place(LIBRARY[told.name].within(box))
-        entries = [{"name": told.name, "parameters": dict(told.values)} for told in self.effects]
+                effect = LIBRARY[told.name].within(box)
+                _check_place(effect)
+                self._check_defaults(effect, told.parameters)
+        entries = [{"name": told.name, "parameters": dict(told.parameters)} for told in self.effects]
         model = with_effects(box, entries, _SOURCE)
         for name, values in () if model.handed is None else model.handed.effects:
             passive = LIBRARY[name].passive
@@ -124,6 +126,16 @@ class ModelMessage:
                 raise NotFelt(_SOURCE, at=name, found=found, expected=expected)
         return model.additions.laws
 
+    def _check_defaults(self, effect: Effect, given: Mapping[str, float]) -> None:
+        """Refuse numbers that are left to a theta that is not known."""
+        if all(map(math.isfinite, self.theta)):
+            return
+        own = {parameter.symbol for parameter in effect.parameters}
+        for parameter in effect.parameters:
+            if isinstance(parameter.default, str) and parameter.default not in own and parameter.symbol not in given:
+                expected = f"a value: that of {parameter.default} is not known"
+                raise BadInput(_SOURCE, at=f"{effect.name}.{parameter.symbol}", found="none", expected=expected)
+
     # ------------------------------------------------------------------------------------------------- on the wire
     def vector(self) -> Array:
         """(MESSAGE_SIZE,) as it crosses the network: head, theta, and for each effect which and its values."""
@@ -132,7 +144,7 @@ class ModelMessage:
         vector[len(_HEAD) : _EFFECTS] = self.theta
         box = box_of(self.theta)
         for i, told in enumerate(self.effects):
-            values = LIBRARY[told.name].checked(told.values, box, _SOURCE)
+            values = LIBRARY[told.name].checked(told.parameters, box, _SOURCE)
             start = _EFFECTS + i * _ENTRY
             vector[start] = code_of(told.name)
             vector[start + 1 : start + 1 + len(values)] = tuple(values.values())
@@ -173,7 +185,7 @@ class ModelMessage:
         if self.deviations:
             data["deviations"] = _by_symbol(self.deviations)
         data["effects"] = [
-            {"name": told.name, "parameters": dict(told.values)}
+            {"name": told.name, "parameters": dict(told.parameters)}
             | ({"deviations": dict(told.deviations)} if told.deviations else {})
             for told in self.effects
         ]
@@ -204,9 +216,8 @@ class ModelMessage:
         return cls(theta, deviations, tuple(_named(effect, i) for i, effect in enumerate(effects)), thing, number)  # type: ignore[arg-type]  # refused there
 
 
-def told_effects(entries: Sequence[Mapping[str, Any]]) -> tuple[ToldEffect, ...]:
-    """Effects as a model file lists them: `name` and `parameters`."""
-    return tuple(_named(entry, i) for i, entry in enumerate(entries))
+UNKNOWN_THETA: Final = (math.nan,) * len(THETA)
+"""Numbers of which none is known yet."""
 
 
 def code_of(name: str) -> float:

@@ -10,7 +10,16 @@ import pytest
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
-from mmt_drake.model_message import MESSAGE_SIZE, STRUCTURE, ModelMessage, NotFelt, ToldEffect, box_of, code_of
+from mmt_drake.model_message import (
+    MESSAGE_SIZE,
+    STRUCTURE,
+    UNKNOWN_THETA,
+    ModelMessage,
+    NotFelt,
+    ToldEffect,
+    box_of,
+    code_of,
+)
 
 THETA = tuple(FlexibleBoxModel(BoxParameters(Fc=0.3)).theta().tolist())
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6}, {"k3": 2e4})
@@ -30,7 +39,7 @@ def test_it_goes_through_json_whole():
 
 
 def test_numbers_that_are_not_known_cross_as_nan_and_are_null_in_json():
-    unknown = ModelMessage((math.nan,) * 10)
+    unknown = ModelMessage(UNKNOWN_THETA)
     assert json.loads(unknown.json())["theta"]["m"] is None
     for again in (ModelMessage.from_vector(unknown.vector()), ModelMessage.from_json(unknown.json())):
         assert np.isnan(again.theta).all() and again.number == 1
@@ -118,6 +127,13 @@ def test_json_that_is_not_sound_is_refused(change, why):
         ModelMessage.from_json(json.dumps(json.loads(MESSAGE.json()) | change))
     with pytest.raises(BadInput, match="no JSON"):
         ModelMessage.from_json("{")
+
+
+def test_a_number_that_is_left_to_a_theta_that_is_not_known_is_refused():
+    bristles = ToldEffect("presliding_friction", {"sigma0": 600.0})
+    assert ModelMessage(THETA, effects=(bristles,)).laws
+    with pytest.raises(BadInput, match=r"presliding_friction\.Fs: found none, expected a value: that of Fc"):
+        ModelMessage(UNKNOWN_THETA, effects=(bristles,))
 
 
 def test_estimates_below_zero_count_as_zero_where_laws_are_checked():

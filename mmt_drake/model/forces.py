@@ -238,6 +238,13 @@ def force_on_probe(body: BodyMotion, s: float, around: Surroundings, p: Constant
 
 
 @njit(error_model="numpy")
+def law_push(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
+    """Force on the body of what laws put beside the contact spring, in contact [N]."""
+    d, d_rate = deflection(body.x, body.v, s, around, p)
+    return _law_push(_at(body, d, d_rate, s, around, p), body.q, p)
+
+
+@njit(error_model="numpy")
 def _law_push(at: At, q: Memory, p: Constants) -> float:
     push = 0.0
     first, end = entries_of(_CONTACT, _CONTACT, p.laws, LAW_TABLE)

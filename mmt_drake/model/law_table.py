@@ -31,7 +31,7 @@ _BYTES = 8  # of a number
 # The head: for each slot where in the vector its entries begin, then where those of the last slot end; whether a law on
 # the body has a memory.
 _REMEMBERS = len(Slot) + 1
-_HEAD = len(Slot) + 2
+HEAD = len(Slot) + 2
 # An entry. An address is a whole number below 2^53, which float64 holds exactly; _CURVE is where the curve begins in
 # the vector, or 0; SHARE is that of its force which acts (of what is added: the sensor's laws know none).
 _SLOT, ADDRESS, MEMORY, _CURVE, _STORED, SHARE, VALUES = range(7)
@@ -46,9 +46,9 @@ def table(laws: tuple[ActiveLaw, ...], start: int) -> Array:
         start: where in the vector the table begins.
     """
     ordered = sorted(laws, key=lambda active: (active.law.slot, active.law.order))
-    head, entries = np.zeros(_HEAD), np.zeros((len(laws), ENTRY))
+    head, entries = np.zeros(HEAD), np.zeros((len(laws), ENTRY))
     slots = [active.law.slot for active in ordered]
-    head[:_REMEMBERS] = start + _HEAD + ENTRY * np.searchsorted(slots, range(_REMEMBERS))
+    head[:_REMEMBERS] = start + HEAD + ENTRY * np.searchsorted(slots, range(_REMEMBERS))
     head[_REMEMBERS] = any(active.law.remembers and active.law.slot != Slot.SENSOR for active in laws)
     curves: list[float] = []
     taken = {True: 0, False: 0}
@@ -57,7 +57,7 @@ def table(laws: tuple[ActiveLaw, ...], start: int) -> Array:
         row[_STORED], row[SHARE] = active.law.stored_address, 1.0
         row[VALUES : VALUES + len(active.values)] = active.values
         if active.curve:
-            row[_CURVE] = start + _HEAD + entries.size + len(curves)
+            row[_CURVE] = start + HEAD + entries.size + len(curves)
             row[VALUES + CURVE_LENGTH] = len(active.curve)
             curves += [number for column in zip(*active.curve, strict=True) for number in column]
         if active.law.remembers:
