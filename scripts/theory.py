@@ -123,7 +123,10 @@ def _page(
     facts += [f"adds to `{effect.adds_to}`"] if effect.adds_to is not None else []
     facts += [f"only where `{symbol}` is not 0" for symbol in effect.needs if symbol != "surface"]
     facts += ["of a transmission only where `m` is not 0"] if effect.inertial and "transmission" in structures else []
-    facts += ["never puts energy into the motion"] if effect.passive else []
+    if effect.passive is not None:
+        facts += [
+            f"gives no energy that was not put in{f', where {effect.passive.where}' * bool(effect.passive.where)}"
+        ]
     parts = [
         f"# {effect.name}",
         own.about,

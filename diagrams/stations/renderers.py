@@ -13,6 +13,7 @@ from mmt_drake.diagrams.stations.own_parts import OwnPart
 from mmt_drake.diagrams.stations.returned import RETURNED
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import InPlane
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.quantities import Checked, Damping, Mass, Quantity, Stiffness
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.passivity import PassivityControl
@@ -104,6 +105,11 @@ class ImpedanceReflection(_Renderer):
         arm: the telerobot's, between the hand and the object; null: the object is rendered as if the probe were where
             the hand is.
         mu: friction of the probe on the surface, where that is not level; null: it never slips.
+        effects: laws that the object is known to have beside the numbers that the estimator tells, as in a model file:
+            those of a contact, body or friction along the surface, with values that are passive; two at most.
+
+    Raises:
+        BadInput: an effect that is unknown, not to be felt or has values that it does not allow.
     """
 
     substeps: int = 1
@@ -112,20 +118,37 @@ class ImpedanceReflection(_Renderer):
     in_plane: InPlane = "vector"
     arm: ModelledArm | None = None
     mu: Annotated[float | None, Quantity("1", positive=True)] = None
+    effects: tuple[ToldEffect, ...] = ()
     name = "runge_kutta"
     receives = (*_MODEL, "held_body", "model_status")
 
+    def __post_init__(self) -> None:
+        _ = self._model
+
+    @property
+    def _model(self) -> ModelMessage | None:
+        return ModelMessage(UNKNOWN_THETA, effects=self.effects) if self.effects else None
+
     def build(self, site: Site) -> LeafSystem:
-        """The renderer."""
+        """The renderer.
+
+        Raises:
+            BadInput: effects on a surface that the body carries, or on which the probe slips.
+        """
         shape = site.scenario.shape
+        carried = shape is not None and shape.fixed_to == "body"
+        if self.effects and (carried or self.mu is not None):
+            expected = "none: laws act where the surface stays and the probe does not slip on it"
+            raise BadInput(site.scenario.name, at="renderer.effects", found=self.effects[0].name, expected=expected)
         return impedance_reflection.ImpedanceRenderer(
             period=site.step,
             substeps=self.substeps,
             updates=self.updates,
             probe=self.probe,
             in_plane=self.in_plane,
-            carried=shape is not None and shape.fixed_to == "body",
+            carried=carried,
             mu=self.mu,
+            model=self._model,
         )
 
 

@@ -10,6 +10,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values, both_ways
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -37,7 +38,7 @@ EFFECT = Effect(
     law=_two_levels,
     replaces="Fc",
     equal_to=("coulomb_friction + constant_force",),
-    passive=True,
+    passive=ALWAYS,
     engages=both_ways("sliding_velocity"),
     starts=_starts,
 )

@@ -10,6 +10,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
+from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(
     name="contact_gap",
@@ -19,7 +20,7 @@ EFFECT = Effect(
     equation="d becomes sgn(d) max(|d| - gap/2, 0); within the gap spring and damper are dead",
     source="Nordin and Gutman 2002, Automatica 38(10)",
     change=lambda model, values: model.with_additions(gap=values["gap"]),
-    passive=True,
+    passive=ALWAYS,
     engages=lambda values, ranges: 0.5 * values["gap"] < max(map(abs, ranges["deflection"])),
     starts=lambda scales: [{"gap": part * scales.deflection} for part in (0.05, 0.2, 0.6, 1.5)],
 )

@@ -12,6 +12,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
+from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(
     name="coulomb_friction",
@@ -23,6 +24,6 @@ EFFECT = Effect(
     change=adds("Fc", "Fc"),
     adds_to="Fc",
     equal_one_way=("constant_force", "force_bias"),
-    passive=True,
+    passive=ALWAYS,
     starts=lambda scales: [{"Fc": 0.1 * scales.force}, {"Fc": 0.4 * scales.force}],
 )

@@ -11,11 +11,16 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.effects.presliding_friction import bristles
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.BODY, remembers=True)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    return 0.5 * p[1] * q[0] ** 2, 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY, remembers=True, stored=_stored)
 def _dahl(at: At, q: Own, p: Numbers) -> Result:
     Fc, sigma = p[0], p[1]
     if Fc == 0.0 or sigma == 0.0:
@@ -52,6 +57,7 @@ EFFECT = Effect(
     source="Dahl 1968, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1",
     law=_dahl,
     stiffness=lambda values: values["sigma"],
+    passive=ALWAYS,
     engages=_yields,
     holds=("ground_spring", "coulomb_friction"),  # one that never yields, and one that yields at once
     starts=lambda scales: [

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args
 
+from mmt_drake.effects.passivity import Passive
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw, Law
 from mmt_drake.model.structure import Axis, Structure
@@ -151,7 +152,7 @@ class Effect:
         equal_massless: the same, in a body that moves by itself without a mass.
         near_equal: effect -> where recordings hardly tell it from this one.
         stiffness, damping: what it adds at most to the body's [N/m], [N s/m]; integration steps depend on it.
-        passive: whether it can only take energy out of the motion.
+        passive: where it gives no energy that was not put in; None: nowhere, or nobody knows.
         engages: whether with these values it does anything, or anything but what a simpler effect does, within the
             ranges (least, greatest) of the signals of a recording, by name, and of what it `uses` and does not
             replace: a wall that was never met is none.
@@ -181,7 +182,7 @@ class Effect:
     near_equal: Mapping[str, str] = field(default_factory=dict, hash=False)
     stiffness: Callable[[Values], float] = lambda values: 0.0
     damping: Callable[[Values], float] = lambda values: 0.0
-    passive: bool = False
+    passive: Passive | None = None
     engages: Callable[[Values, Ranges], bool] = lambda values, ranges: True
     family: str = ""
     in_driven_body: tuple[str, Block] | None = None

@@ -14,11 +14,18 @@ from math import copysign
 
 from mmt_drake.effects.dahl_friction import AT_ONCE
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.effects.presliding_friction import FASTEST
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.BODY, remembers=True)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    Fc, k, gap = p[0], p[1], p[2]
+    force = min(k * max(abs(q[0]) - 0.5 * gap, 0.0), Fc)
+    return 0.5 * force * force / k if k > 0.0 else 0.0, 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY, remembers=True, stored=_stored)
 def _play(at: At, q: Own, p: Numbers) -> Result:
     Fc, k, gap = p[0], p[1], p[2]
     if Fc == 0.0 or k == 0.0:
@@ -58,6 +65,7 @@ EFFECT = Effect(
     source="Iwan 1966, J. Applied Mechanics 33(4), in series with play",
     law=_play,
     stiffness=lambda values: values["k"],
+    passive=ALWAYS,
     engages=_slides,
     holds=("ground_spring", "coulomb_friction"),  # one that never slides, and one that slides at once
     starts=lambda scales: [

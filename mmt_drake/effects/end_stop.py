@@ -10,10 +10,16 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.BODY)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    depth = max(p[2] * (at.x - p[0]), 0.0)
+    return 0.5 * p[1] * depth * depth, 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY, stored=_stored)
 def _wall(at: At, q: Own, p: Numbers) -> Result:
     position, stiffness, side = p[0], p[1], p[2]
     depth = max(side * (at.x - position), 0.0)
@@ -42,7 +48,7 @@ EFFECT = Effect(
     law=_wall,
     stiffness=lambda values: values["stiffness"],
     holds=("ground_spring",),  # a wall that is never left
-    passive=True,
+    passive=ALWAYS,
     engages=lambda values, ranges: ranges["position"][0] < values["position"] < ranges["position"][1],
     starts=_starts,
 )

@@ -14,6 +14,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
+from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(
     name="gear_play",
@@ -25,7 +26,7 @@ EFFECT = Effect(
     change=lambda model, values: model.with_additions(gap=values["gap"]),
     needs=("ratio",),
     equal_massless=("coulomb_friction",),
-    passive=True,
+    passive=ALWAYS,
     # Slow motions leave the output half the gap behind; what was fitted without it has taken a part of that.
     starts=lambda scales: [{"gap": part * scales.force / scales.stiffness} for part in (0.5, 2.0, 4.0)],
 )

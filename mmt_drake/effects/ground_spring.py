@@ -11,6 +11,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
+from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(
     name="ground_spring",
@@ -21,6 +22,6 @@ EFFECT = Effect(
     source="Hooke 1678, De Potentia Restitutiva; spring k1 of the thesis, figure 3",
     change=adds("k", "k"),
     adds_to="k",
-    passive=True,
+    passive=ALWAYS,
     starts=lambda scales: [{"k": part * scales.force / scales.position} for part in (0.1, 0.5)],
 )

@@ -17,11 +17,16 @@ Easily confused with:
 from math import sqrt
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.effects.viscoelastic_relaxation import TIME_CONSTANT, relaxes, time_constants
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.CONTACT, remembers=True)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    return p[0] * (0.25 * at.d**4 - q[0] * at.d + 0.75 * abs(q[0]) ** (4.0 / 3.0)), 0.0, 0.0, 0.0
+
+
+@law(Slot.CONTACT, remembers=True, stored=_stored)
 def _hardening_branch(at: At, q: Own, p: Numbers) -> Result:
     k3, relaxing, m = p[0], 1.0 / p[1], p[2]
     stretch = at.d**3 - q[0]
@@ -43,7 +48,7 @@ EFFECT = Effect(
     source="Fung 1993, Biomechanics: Mechanical Properties of Living Tissues, section 7.6",
     law=_hardening_branch,
     uses=("m",),
-    passive=True,
+    passive=ALWAYS,
     engages=relaxes,
     holds=("nonlinear_stiffness",),  # where it hardly relaxes
     starts=_starts,

@@ -10,6 +10,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
@@ -29,6 +30,6 @@ EFFECT = Effect(
     source="Hunt and Crossley 1975, J. Applied Mechanics 42(2)",
     law=_hunt_crossley,
     uses=("b2", "m"),
-    passive=True,
+    passive=ALWAYS,
     starts=lambda scales: [{"lambda": part / scales.deflection} for part in (0.2, 1.0)],
 )

@@ -3,6 +3,9 @@
 alpha z beside the contact spring, with z' = d' - beta abs(d') abs(z)^(n-1) z - gamma d' abs(z)^n. Near the last turn it
 is a spring alpha; far from it z settles at (beta + gamma)^(-1/n). Unless said gamma = beta and n = 1.
 
+alpha z^2/2 is stored, and alpha abs(z)^(n+1) abs(d') (beta + gamma sgn(d' z)) burnt, which is never negative where
+abs(gamma) <= beta (Erlicher and Point 2004, C. R. Mecanique 332(1)).
+
 Easily confused with:
 
 - `coulomb_friction`: in a contact whose motion is prescribed the same loop, once strokes are much longer than 1/beta;
@@ -12,12 +15,17 @@ Easily confused with:
 from math import inf
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
+from mmt_drake.effects.passivity import Passive
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 from mmt_drake.model.structure import Structure
 
 
-@law(Slot.CONTACT, remembers=True)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    return 0.5 * p[0] * q[0] ** 2, 0.0, 0.0, 0.0
+
+
+@law(Slot.CONTACT, remembers=True, stored=_stored)
 def _bouc_wen(at: At, q: Own, p: Numbers) -> Result:
     alpha, beta, gamma, n = p[0], p[1], p[2], p[3]
     z, speed = q[0], abs(at.d_rate)
@@ -60,6 +68,7 @@ EFFECT = Effect(
     law=_bouc_wen,
     check=_check,
     stiffness=lambda values: values["alpha"],
+    passive=Passive("|gamma| <= beta", lambda model, values: bool(abs(values["gamma"]) <= values["beta"])),
     engages=_loops,
     holds=("ground_spring",),  # of a driven body, without a loop
     starts=lambda scales: [{"alpha": 0.3 * scales.stiffness, "beta": part / scales.deflection} for part in (0.3, 2.0)],

@@ -11,6 +11,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -33,6 +34,6 @@ EFFECT = Effect(
     equation="mu N sgn v; at rest it holds mu N more",
     source="Amontons 1699; Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     law=_amontons,
-    passive=True,
+    passive=ALWAYS,
     starts=_starts,
 )

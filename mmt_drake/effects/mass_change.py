@@ -4,12 +4,15 @@ The mass is m before `time` and m + dm after it, `time` counted from the first s
 passes smoothly from one to the other, so that a search can feel which way to move it. Where constant gravity acts along
 the output, the payload's weight comes and goes with it.
 
+Mass that is lost takes its motion along; mass that comes with the body's velocity brings energy, and is not passive.
+
 Easily confused with:
 
 - `second_mode`: below its resonance a hung mass is a mass more; strokes through its resonance tell them apart.
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.passivity import Passive
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import ActiveLaw, At, Numbers, Own, Result, Slot, law
 from mmt_drake.model.structure import Structure
@@ -58,6 +61,7 @@ EFFECT = Effect(
     source="Meshchersky 1897; Sommerfeld 1943, Mechanik, section 4",
     change=_change,
     inertial=True,
+    passive=Passive("dm <= 0", lambda model, values: bool(values["dm"] <= 0.0)),
     check=_check,
     engages=lambda values, ranges: ranges["time"][0] < values["time"] < ranges["time"][1],
     starts=_starts,

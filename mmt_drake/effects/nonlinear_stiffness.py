@@ -1,6 +1,7 @@
 """A contact spring that hardens or softens with its deflection (Duffing).
 
-k3 d^3 beside the contact spring; a negative k3 softens.
+k3 d^3 beside the contact spring; a negative k3 softens. k3 d^4/4 is stored: one that softens gives back more than it
+was given, and is not passive.
 
 Easily confused with:
 
@@ -15,10 +16,15 @@ Easily confused with:
 from math import sqrt
 
 from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
+from mmt_drake.effects.passivity import Passive
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.CONTACT)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    return 0.25 * p[0] * at.d**4, 0.0, 0.0, 0.0
+
+
+@law(Slot.CONTACT, stored=_stored)
 def _cubic(at: At, q: Own, p: Numbers) -> Result:
     k3, m = p[0], p[1]
     rate = sqrt(3.0 * abs(k3) / m) * abs(at.d) if m > 0.0 else 0.0
@@ -39,5 +45,6 @@ EFFECT = Effect(
     source="Duffing 1918, Erzwungene Schwingungen bei veränderlicher Eigenfrequenz",
     law=_cubic,
     uses=("m",),
+    passive=Passive("k3 >= 0", lambda model, values: bool(values["k3"] >= 0.0)),
     starts=_starts,
 )

@@ -15,12 +15,17 @@ Easily confused with:
 from math import copysign
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 _EXPONENTS = (1.5, 2.0, 0.7)  # of a ball, a cone, and what softens
 
 
-@law(Slot.CONTACT)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    return p[0] * abs(at.d) ** (p[1] + 1.0) / (p[1] + 1.0), 0.0, 0.0, 0.0
+
+
+@law(Slot.CONTACT, stored=_stored)
 def _power(at: At, q: Own, p: Numbers) -> Result:
     return copysign(p[0] * abs(at.d) ** p[1], at.d), 0.0, 0.0, 0.0
 
@@ -41,6 +46,6 @@ EFFECT = Effect(
     law=_power,
     replaces="normal_k",
     needs=("normal_k",),
-    passive=True,
+    passive=ALWAYS,
     starts=_starts,
 )

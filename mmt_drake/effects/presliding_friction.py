@@ -5,6 +5,10 @@ g(v) = Fc + (Fs - Fc) exp(-(v/v_s)^2), Fc being the structure's own, whose place
 spring sigma0, for steady sliding it is friction of level g(v). v_s has an effect only where Fs differs from Fc; unless
 said it is what the paper has, 1 mm/s.
 
+sigma0 z^2/2 is stored. Bristles wound up to one level that meet another are damped the wrong way, by sigma1 v^2 times
+how much the greater level exceeds the lesser, as a part of this: passive where the structure's damper to the world
+takes that (Barabanov and Ortega 2000, IEEE Trans. Automatic Control 45(4)).
+
 Easily confused with:
 
 - `ground_spring`: alike in strokes so small that the bristles never slip; longer strokes tell them apart.
@@ -16,8 +20,10 @@ from math import copysign, exp, inf
 
 from numba import njit
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Values
+from mmt_drake.effects.passivity import Passive
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.structure import Structure
 
 FASTEST = 3e3
 """Bristles that would settle faster than this [1/s], which no recording shows, settle so fast."""
@@ -40,7 +46,11 @@ def bristles(z: float, v: float, sigma: float, level: float) -> tuple[float, flo
     return FASTEST * (settled - z), FASTEST
 
 
-@law(Slot.BODY, remembers=True)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    return 0.5 * p[0] * q[0] ** 2, 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY, remembers=True, stored=_stored)
 def _lugre(at: At, q: Own, p: Numbers) -> Result:
     sigma0, sigma1, Fs, v_s, Fc = p[0], p[1], p[2], p[3], p[4]
     if Fs == 0.0 and Fc == 0.0:
@@ -48,6 +58,11 @@ def _lugre(at: At, q: Own, p: Numbers) -> Result:
     g = Fc + (Fs - Fc) * exp(-((at.v / v_s) ** 2))
     z_rate, slip = bristles(q[0], at.v, sigma0, g)
     return -(sigma0 * q[0] + sigma1 * z_rate), z_rate, 0.0, slip
+
+
+def _damped_enough(model: Structure, values: Values) -> bool:
+    low, high = sorted((values["Fs"], model.value("Fc")))
+    return bool(values["sigma1"] * (high - low) <= model.value("b") * low)
 
 
 EFFECT = Effect(
@@ -65,6 +80,7 @@ EFFECT = Effect(
     law=_lugre,
     uses=("Fc",),
     inertial=True,
+    passive=Passive("sigma1 |Fs - Fc| <= b min(Fs, Fc)", _damped_enough),
     replaces="Fc",
     stiffness=lambda values: values["sigma0"],
     damping=lambda values: values["sigma1"],

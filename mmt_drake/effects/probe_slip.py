@@ -15,6 +15,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
+from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(
     name="probe_slip",
@@ -26,6 +27,6 @@ EFFECT = Effect(
     change=adds("mu", "mu"),
     adds_to="mu",
     near_equal={"load_dependent_friction": "where an object with next to no mass slides over its table instead"},
-    passive=True,
+    passive=ALWAYS,
     starts=lambda scales: [{"mu": 0.1}, {"mu": 0.4}],
 )

@@ -8,6 +8,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
@@ -27,6 +28,6 @@ EFFECT = Effect(
     source="Newton 1687, Principia, book II; Batchelor 1967, An Introduction to Fluid Dynamics, section 5.11",
     law=_drag,
     uses=("m",),
-    passive=True,
+    passive=ALWAYS,
     starts=lambda scales: [{"c": 0.2 * scales.force / scales.velocity**2}],
 )

@@ -13,10 +13,15 @@ Easily confused with:
 from math import inf, pi, sqrt
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Scales, Values
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.BODY, remembers=True)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    return 0.5 * (p[1] * q[0] ** 2 + p[0] * q[1] ** 2), 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY, remembers=True, stored=_stored)
 def _hung(at: At, q: Own, p: Numbers) -> Result:
     # Remembered are the spring's stretch x2 - x and the velocity x2'.
     m2, k, b = p[0], p[1], p[2]
@@ -51,7 +56,7 @@ EFFECT = Effect(
     law=_hung,
     stiffness=lambda values: values["k"],
     damping=lambda values: values["b"],
-    passive=True,
+    passive=ALWAYS,
     engages=_swings,
     starts=_starts,
 )

@@ -13,6 +13,7 @@ Easily confused with:
 from math import inf, tanh
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 _FASTEST = 400.0
@@ -48,7 +49,7 @@ EFFECT = Effect(
     source="Andersson, Soderberg and Bjorklund 2007, Tribology International 40(4)",
     law=_tanh,
     uses=("m",),
-    passive=True,
+    passive=ALWAYS,
     engages=_sets_in,
     holds=("coulomb_friction",),  # one that sets in at once
     starts=lambda scales: [{"Fc": 0.3 * scales.force, "v_s": part * scales.velocity} for part in (0.03, 0.3)],

@@ -14,6 +14,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.errors import BadInput
 from mmt_drake.model.structure import Friction, Structure
 
@@ -50,6 +51,6 @@ EFFECT = Effect(
     change=_karnopp,
     check=_check,
     replaces="Fc",
-    passive=True,
+    passive=ALWAYS,
     starts=_starts,
 )

@@ -14,6 +14,7 @@ Easily confused with:
 from math import exp, inf
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -37,7 +38,7 @@ EFFECT = Effect(
     uses=("Fc",),
     inertial=True,
     replaces="Fc",
-    passive=True,
+    passive=ALWAYS,
     # Slower than half of v_s its level falls by less than a quarter: Coulomb friction by another name. Faster than a
     # thousand v_s it has fallen before anything is seen of it: static friction.
     engages=lambda values, ranges: (

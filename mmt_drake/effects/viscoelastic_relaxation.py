@@ -15,6 +15,7 @@ Easily confused with:
 from math import inf
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Scales, Values
+from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 TIME_CONSTANT = Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True)
@@ -22,7 +23,11 @@ TIME_CONSTANT = Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True)
 _NO_MORE_THAN_A_SPRING = 10.0  # durations of a recording that the branch takes to give way
 
 
-@law(Slot.CONTACT, remembers=True)
+def _stored(at: At, q: Own, p: Numbers) -> Result:
+    return 0.5 * p[0] * (at.d - q[0]) ** 2, 0.0, 0.0, 0.0
+
+
+@law(Slot.CONTACT, remembers=True, stored=_stored)
 def _maxwell(at: At, q: Own, p: Numbers) -> Result:
     k, rate = p[0], 1.0 / p[1]
     stretch = at.d - q[0]
@@ -53,7 +58,7 @@ EFFECT = Effect(
     source="Maxwell 1867, Phil. Trans. R. Soc. 157; Wiechert 1893, Annalen der Physik 286(10)",
     law=_maxwell,
     stiffness=lambda values: values["k_maxwell"],
-    passive=True,
+    passive=ALWAYS,
     engages=relaxes,
     starts=_starts,
 )

@@ -10,6 +10,7 @@ Easily confused with:
 """
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
+from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(
     name="viscous_friction",
@@ -20,6 +21,6 @@ EFFECT = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     change=adds("b", "b"),
     adds_to="b",
-    passive=True,
+    passive=ALWAYS,
     starts=lambda scales: [{"b": 0.3 * scales.force / scales.velocity}],
 )

@@ -13,7 +13,8 @@ from numba import njit
 
 from mmt_drake.model.forces import BodyMotion, Forces, Spring, Surroundings, force_on_probe, forces
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
-from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of
+from mmt_drake.model.law_table import ENTRY, entries_of, evaluate, memory_of
+from mmt_drake.model.laws import At, Memory, Slot
 from mmt_drake.model.memory import after_step, between, moved, read_memory, write_memory
 from mmt_drake.model.parameters import LAW_TABLE, Constants
 from mmt_drake.numeric.arrays import Array

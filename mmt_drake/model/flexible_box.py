@@ -21,17 +21,28 @@ import math
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE, BISECTIONS, POSITION, READING, VELOCITY, contact_force, sense, touch
-from mmt_drake.model.forces import Surroundings, constants, level_spring, normal_force
+from mmt_drake.model.body import (
+    ANCHOR,
+    AXIS_SIZE,
+    BISECTIONS,
+    POSITION,
+    READING,
+    VELOCITY,
+    contact_force,
+    read_motion,
+    sense,
+    touch,
+)  # fmt: skip
+from mmt_drake.model.forces import Surroundings, constants, law_push, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
-from mmt_drake.model.local_contact import Facet, Touch, force_of, height_above, is_level, touching
+from mmt_drake.model.local_contact import Facet, Touch, axes_of, force_of, height_above, is_level, touching
 from mmt_drake.model.normal_axis import press, pressed, touch_normal
-from mmt_drake.model.parameters import K1, K2, NORMAL_AXIS, NORMAL_K, Constants, M
+from mmt_drake.model.parameters import Constants
 from mmt_drake.model.tangential import advance_object
 from mmt_drake.model.turned import TURN_SIZE, in_force_frame
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
-from mmt_drake.numeric.vectors import Vector, get, minus
+from mmt_drake.numeric.vectors import Vector, dot, get, minus, plus, times
 
 # Layout of the state vector.
 _next = Layout()
@@ -221,6 +232,35 @@ def touch_of(state: Array, c: Constants) -> Touch:
     return touching(facet_of(state), tip_of(state), rate, deflection_of(state), velocity, c)
 
 
+@njit(error_model="numpy")
+def axes_of_laws(state: Array) -> tuple[Vector, Vector]:
+    """Along which laws act on the two axes of the body: the plane's where the surface stays, else the table's."""
+    facet = facet_of(state)
+    if is_level(facet) or facet.world == 0.0:
+        return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    return axes_of(facet)
+
+
+@njit(error_model="numpy")
+def around_axis(state: Array, i: int, axis: Vector, c: Constants) -> Surroundings:
+    """What acts along an axis on the body, of which it is the first (0) or the second (1), at the latest sample."""
+    facet, tip, rate = facet_of(state), get(state, PROBE), get(state, PROBE + 3)
+    height = Cubic(height_above(facet, tip_of(state)), dot(facet.n, rate), 0.0, 0.0)
+    x = state[BODY + AXIS_SIZE * i + POSITION]
+    probe, anchor = dot(axis, tip), dot(axis, tip) - x - dot(axis, deflection_of(state))
+    t, contact = state[TIME] - state[BEGAN], state[CONTACT] != 0.0
+    return Surroundings(Cubic(probe, dot(axis, rate), 0.0, 0.0), height, anchor, contact, t, level_spring(c))
+
+
+@njit(error_model="numpy")
+def _push_of_laws(state: Array, c: Constants) -> Vector:
+    """By which laws of a contact push the body, on a surface that is not level [N]."""
+    first, second = axes_of_laws(state)
+    x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
+    along = law_push(x, 0.0, around_axis(state, 0, first, c), c)
+    return plus(times(along, first), times(law_push(y, 0.0, around_axis(state, 1, second, c), c), second))
+
+
 @njit(cache=True, error_model="numpy")
 def force_on_probe(state: Array, p: Array, force: Array) -> None:
     """Write the (3,) force that the object exerts on the probe at the latest sample [N]."""
@@ -228,7 +268,8 @@ def force_on_probe(state: Array, p: Array, force: Array) -> None:
     if is_level(facet_of(state)):
         force[0], force[1], force[2] = _forces(state, p, c)
     elif state[CONTACT] != 0.0:
-        force[0], force[1], force[2] = force_of(touch_of(state, c), get(state, FACET))
+        felt = force_of(touch_of(state, c), get(state, FACET))
+        force[0], force[1], force[2] = felt if c.laws == 0 else minus(felt, _push_of_laws(state, c))
     else:
         force[0] = force[1] = force[2] = 0.0
 
@@ -242,31 +283,6 @@ def reading(state: Array, p: Array, force: Array) -> None:
     for i in range(2):
         force[i] = state[BODY + AXIS_SIZE * i + READING]
     force[2] = state[NORMAL + READING]
-
-
-@njit(cache=True)
-def stored_energy(state: Array, p: Array) -> float:
-    """Energy [J] that an object whose kernel vector is p holds in store.
-
-    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 and k z²/2 along the normal, without laws
-    of effects. As long as no stiffness, damper or mass is negative and none changes, a hand gets no more out than this.
-    """
-    energy = 0.0
-    contact = state[CONTACT] != 0.0
-    for i in range(2):
-        body = BODY + AXIS_SIZE * i
-        x, v = state[body + POSITION], state[body + VELOCITY]
-        energy += 0.5 * (p[M] * v * v + p[K1] * x * x)
-        if contact:
-            d = state[PROBE + i] - x - state[body + ANCHOR]
-            energy += 0.5 * p[K2] * d * d
-    if contact and is_level(facet_of(state)):
-        k = p[int(p[NORMAL_AXIS]) + TURN_SIZE + K1] if p[NORMAL_AXIS] != 0.0 else p[NORMAL_K]
-        energy += 0.5 * k * state[PROBE + 2] ** 2
-    elif contact:
-        above = height_above(facet_of(state), tip_of(state))
-        energy += 0.5 * (p[K2] * deflection_of(state)[2] ** 2 + p[NORMAL_K] * above**2)
-    return energy
 
 
 @njit(cache=True, error_model="numpy")

@@ -18,7 +18,8 @@ from numba.extending import overload
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from mmt_drake.model.hermite import Cubic, position_at, velocity_at
-from mmt_drake.model.laws import ENTRY, At, Memory, Slot, entries_of, evaluate, memory_of, remembers, slot_of
+from mmt_drake.model.law_table import ENTRY, entries_of, evaluate, memory_of, remembers, share_of, slot_of, stored_by
+from mmt_drake.model.laws import At, Memory, Slot
 from mmt_drake.model.parameters import FD, FS, LAW_TABLE, LAWS, Constants, M
 from mmt_drake.numeric.arrays import Array
 
@@ -206,11 +207,13 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
         if slot == _CONTACT and not contact:
             continue
         value, second, third, rate = evaluate(p.laws, entry, at, q)
+        share = share_of(p.laws, entry)
+        value *= share
         if slot == _DRIVE:
             at, value = _driven_by(value, at), value - at.force
         if slot == _FRICTION:
             sliding += value
-            hold += second
+            hold += share * second
         elif slot == _INERTIA:
             mass += value
         else:
@@ -235,10 +238,28 @@ def force_on_probe(body: BodyMotion, s: float, around: Surroundings, p: Constant
 
 
 @njit(error_model="numpy")
+def law_push(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
+    """Force on the body of what laws put beside the contact spring, in contact [N]."""
+    d, d_rate = deflection(body.x, body.v, s, around, p)
+    return _law_push(_at(body, d, d_rate, s, around, p), body.q, p)
+
+
+@njit(error_model="numpy")
 def _law_push(at: At, q: Memory, p: Constants) -> float:
     push = 0.0
     first, end = entries_of(_CONTACT, _CONTACT, p.laws, LAW_TABLE)
     for entry in range(first, end, ENTRY):
         value, _, _, _ = evaluate(p.laws, entry, at, q)
-        push += value
+        push += share_of(p.laws, entry) * value
     return push
+
+
+@njit(error_model="numpy")
+def stored_in_laws(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
+    """The energy that the laws on a body hold [J]; those of a contact hold none off it."""
+    d, d_rate = deflection(body.x, body.v, s, around, p)
+    at, energy = _at(body, d, d_rate, s, around, p), 0.0
+    first, end = entries_of(_BODY, _CONTACT if around.contact else _BODY, p.laws, LAW_TABLE)
+    for entry in range(first, end, ENTRY):
+        energy += stored_by(p.laws, entry, at, body.q)
+    return energy

@@ -28,12 +28,9 @@ from functools import cached_property
 from types import ModuleType
 from typing import Any, NamedTuple
 
-import numpy as np
 from llvmlite import ir
 from numba import cfunc, njit, types
 from numba.extending import intrinsic
-
-from mmt_drake.numeric.arrays import Array
 
 Memory = tuple[float, float, float, float]
 """Of all laws on a body, or of all in a sensor."""
@@ -45,7 +42,6 @@ Result = tuple[float, float, float, float]
 LawFunction = Callable[["At", Own, Numbers], Result]
 
 LAW_PARAMETERS = 6
-_BYTES = 8  # of a number
 OSCILLATION = 7.0
 """An oscillation wants steps this much finer than a decay of the same rate: a law reports its rate times this."""
 
@@ -100,11 +96,15 @@ class At(NamedTuple):
 
 
 _kinds: Any = types
-_AT = _kinds.NamedUniTuple(types.float64, len(At._fields), At)
-_PAIR = _kinds.UniTuple(types.float64, 2)
-_PARAMETERS = _kinds.UniTuple(types.float64, LAW_PARAMETERS)
-_RESULT = _kinds.UniTuple(types.float64, 4)
-_SIGNATURE = _RESULT(_AT, _PAIR, _PARAMETERS)
+AT_TYPE = _kinds.NamedUniTuple(types.float64, len(At._fields), At)
+OWN_TYPE = _kinds.UniTuple(types.float64, 2)
+NUMBERS_TYPE = _kinds.UniTuple(types.float64, LAW_PARAMETERS)
+RESULT_TYPE = _kinds.UniTuple(types.float64, 4)
+_SIGNATURE = RESULT_TYPE(AT_TYPE, OWN_TYPE, NUMBERS_TYPE)
+
+
+def _compiled(function: LawFunction) -> Any:
+    return cfunc(_SIGNATURE, cache=True, error_model="numpy")(function)
 
 
 @dataclass(frozen=True)
@@ -117,6 +117,7 @@ class Law:
         remembers: whether it uses its memory.
         order: of sensor laws: the lesser reads first.
         every_axis: of sensor laws: whether it reads the force along the surface normal as well.
+        stored: the energy that it holds [J], of the same arguments, and 0, 0, 0; None: it holds none.
     """
 
     function: LawFunction
@@ -124,15 +125,25 @@ class Law:
     remembers: bool = False
     order: int = 0
     every_axis: bool = False
+    stored: LawFunction | None = None
 
     @cached_property
     def _compiled(self) -> Any:
-        return cfunc(_SIGNATURE, cache=True, error_model="numpy")(self.function)
+        return _compiled(self.function)
+
+    @cached_property
+    def _compiled_stored(self) -> Any:
+        return None if self.stored is None else _compiled(self.stored)
 
     @property
     def address(self) -> int:
         """Of the machine code, in this process; compiled at first use and cached on disk."""
         return int(self._compiled.address)
+
+    @property
+    def stored_address(self) -> int:
+        """The same of what it holds in store; 0: it holds nothing."""
+        return 0 if self._compiled_stored is None else int(self._compiled_stored.address)
 
     def __call__(self, at: At, q: Own, p: Numbers) -> Result:
         """The law in plain Python, for tests and tables."""
@@ -167,10 +178,10 @@ def load_file(module: str, path: str) -> ModuleType:
 
 
 def law(
-    slot: Slot, *, remembers: bool = False, order: int = 0, every_axis: bool = False
+    slot: Slot, *, remembers: bool = False, order: int = 0, every_axis: bool = False, stored: LawFunction | None = None
 ) -> Callable[[LawFunction], Law]:
     """Decorator: make a function the law of an effect; arguments as the attributes of `Law`."""
-    return lambda function: Law(function, slot, remembers, order, every_axis)
+    return lambda function: Law(function, slot, remembers, order, every_axis, stored)
 
 
 @dataclass(frozen=True)
@@ -195,47 +206,10 @@ class ActiveLaw:
     curve: tuple[tuple[float, float], ...] = ()
 
 
-CURVE_LENGTH, CURVE = LAW_PARAMETERS - 2, LAW_PARAMETERS - 1
-
-# The table in a kernel vector: its head, an entry for each law in the order of the slots, the curves.
-# The head: for each slot where in the vector its entries begin, then where those of the last slot end; whether a law on
-# the body has a memory.
-_REMEMBERS = len(Slot) + 1
-_HEAD = len(Slot) + 2
-# An entry. An address is a whole number below 2^53, which float64 holds exactly; _CURVE is where the curve begins in
-# the vector, or 0.
-_SLOT, _ADDRESS, _MEMORY, _CURVE, _VALUES = range(5)
-ENTRY = _VALUES + LAW_PARAMETERS
 MOST_REMEMBERING = 2
 """Laws with memory that a body can have, and that a sensor can have."""
 
-
-def table(laws: tuple[ActiveLaw, ...], start: int) -> Array:
-    """The laws as numbers for the end of a kernel vector: a head, ENTRY for each, then their curves.
-
-    Args:
-        laws: in any order, at most MOST_REMEMBERING with a memory on the body and as many in the sensor.
-        start: where in the vector the table begins.
-    """
-    ordered = sorted(laws, key=lambda active: (active.law.slot, active.law.order))
-    head, entries = np.zeros(_HEAD), np.zeros((len(laws), ENTRY))
-    slots = [active.law.slot for active in ordered]
-    head[:_REMEMBERS] = start + _HEAD + ENTRY * np.searchsorted(slots, range(_REMEMBERS))
-    head[_REMEMBERS] = any(active.law.remembers and active.law.slot != Slot.SENSOR for active in laws)
-    curves: list[float] = []
-    taken = {True: 0, False: 0}
-    for row, active in zip(entries, ordered, strict=True):
-        row[_SLOT], row[_ADDRESS], row[_MEMORY] = active.law.slot, active.law.address, -1.0
-        row[_VALUES : _VALUES + len(active.values)] = active.values
-        if active.curve:
-            row[_CURVE] = start + _HEAD + entries.size + len(curves)
-            row[_VALUES + CURVE_LENGTH] = len(active.curve)
-            curves += [number for column in zip(*active.curve, strict=True) for number in column]
-        if active.law.remembers:
-            sensor = active.law.slot == Slot.SENSOR
-            row[_MEMORY] = 2.0 * taken[sensor]
-            taken[sensor] += 1
-    return np.concatenate([head, entries.ravel(), curves])
+CURVE_LENGTH, CURVE = LAW_PARAMETERS - 2, LAW_PARAMETERS - 1
 
 
 def _typed_number_at(typingctx: Any, address: Any, index: Any) -> Any:
@@ -248,74 +222,7 @@ def _typed_number_at(typingctx: Any, address: Any, index: Any) -> Any:
     return types.float64(types.int64, types.int64), codegen
 
 
-_number_at: Any = intrinsic(_typed_number_at)
-
-
-def _typed_call(typingctx: Any, address: Any, at: Any, q: Any, p: Any) -> Any:
-    """Call the law at an address."""
-
-    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        kinds = [context.get_value_type(kind) for kind in (_AT, _PAIR, _PARAMETERS)]
-        function = ir.FunctionType(context.get_value_type(_RESULT), kinds)
-        return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), arguments[1:])
-
-    return _RESULT(types.int64, _AT, _PAIR, _PARAMETERS), codegen
-
-
-_call: Any = intrinsic(_typed_call)
-
-
-# The kernels below take the address of the kernel vector: an array as an argument would be counted as a reference to
-# it, by an atomic operation that costs as much as a law.
-
-
-@njit(error_model="numpy")
-def entries_of(first: int, last: int, vector: int, start: int) -> tuple[int, int]:
-    """Begin and end of the entries of the laws in slots `first` to `last`, ENTRY apart.
-
-    Args:
-        first, last: slots.
-        vector: address of a kernel vector.
-        start: where in it the table of laws begins.
-    """
-    return int(_number_at(vector, start + first)), int(_number_at(vector, start + last + 1))
-
-
-@njit(error_model="numpy")
-def remembers(vector: int, start: int) -> bool:
-    """True where a law on the body has a memory; arguments as of `entries_of`."""
-    return bool(_number_at(vector, start + _REMEMBERS) != 0.0)
-
-
-@njit(error_model="numpy")
-def slot_of(vector: int, entry: int) -> int:
-    """Slot of the law whose entry begins at `entry` in the kernel vector at an address."""
-    return int(_number_at(vector, entry + _SLOT))
-
-
-@njit(error_model="numpy")
-def memory_of(vector: int, entry: int) -> int:
-    """Index at which the memory of the law begins, 0 or 2; -1: it has none."""
-    return int(_number_at(vector, entry + _MEMORY))
-
-
-@njit(error_model="numpy")
-def evaluate(vector: int, entry: int, at: At, q: Memory) -> Result:
-    """Call the law whose entry begins at `entry`, with its part of the memory `q`."""
-    k = memory_of(vector, entry)
-    pair = (0.0, 0.0)
-    if k == 0:
-        pair = (q[0], q[1])
-    elif k == 2:
-        pair = (q[2], q[3])
-    values = vector + _BYTES * (entry + _VALUES)
-    last = _number_at(values, 5)
-    curve = int(_number_at(vector, entry + _CURVE))
-    if curve != 0:
-        last = float(vector + _BYTES * curve)
-    numbers = (_number_at(values, 0), _number_at(values, 1), _number_at(values, 2), _number_at(values, 3))
-    result: Result = _call(int(_number_at(vector, entry + _ADDRESS)), at, pair, (*numbers, _number_at(values, 4), last))
-    return result
+number_at: Any = intrinsic(_typed_number_at)
 
 
 @njit(error_model="numpy")
@@ -323,16 +230,16 @@ def curve_at(x: float, p: Numbers) -> float:
     """The law's curve at x: linear between the knots, held beyond the first and the last."""
     n, address = int(p[CURVE_LENGTH]), int(p[CURVE])
     low, high = 0, n - 1
-    if x <= _number_at(address, low):
-        return _number_at(address, n)
-    if x >= _number_at(address, high):
-        return _number_at(address, n + high)
+    if x <= number_at(address, low):
+        return number_at(address, n)
+    if x >= number_at(address, high):
+        return number_at(address, n + high)
     while high - low > 1:
         middle = (low + high) // 2
-        if _number_at(address, middle) <= x:
+        if number_at(address, middle) <= x:
             low = middle
         else:
             high = middle
-    x0, y0 = _number_at(address, low), _number_at(address, n + low)
-    slope = (_number_at(address, n + high) - y0) / (_number_at(address, high) - x0)
+    x0, y0 = number_at(address, low), number_at(address, n + low)
+    slope = (number_at(address, n + high) - y0) / (number_at(address, high) - x0)
     return y0 + slope * (x - x0)

@@ -93,7 +93,7 @@ def advance_on(state: Array, t: float, motion: Array, contact: float, facet: Fac
         motion: (6,) position [m] and velocity [m/s] of the probe there.
         contact: as in `flexible_box.advance`.
         facet: the plane that touches the surface at `predicted`.
-        p: kernel vector without laws.
+        p: kernel vector; its laws act along the two axes of the body, and are not limited where the tip slips.
     """
     before = box.facet_of(state)
     if is_level(facet) and is_level(before):

@@ -9,7 +9,8 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.laws import ActiveLaw, Slot, table
+from mmt_drake.model.law_table import table
+from mmt_drake.model.laws import ActiveLaw, Slot
 from mmt_drake.model.structure import Additions, Axis, Friction, Structure
 from mmt_drake.model.turned import rotation
 from mmt_drake.numeric.arrays import Array

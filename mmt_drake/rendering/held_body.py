@@ -11,7 +11,8 @@ import math
 from numba import njit
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
-from mmt_drake.model.flexible_box import BODY, force_on_probe, stored_energy
+from mmt_drake.model.energy import stored_energy
+from mmt_drake.model.flexible_box import BODY, force_on_probe
 from mmt_drake.model.held_body import astray, lead
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.updates import CHANGE, RESERVE, SHARE, share_within

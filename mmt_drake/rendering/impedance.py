@@ -6,10 +6,11 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import watch
 from mmt_drake.model.local_contact import Facet
 from mmt_drake.model.on_surface import advance_on, begin_on, put_facet
-from mmt_drake.model.parameters import KERNEL_SIZE
+from mmt_drake.model.parameters import B1, B2, K1, K2, LAWS, M, accurate_step
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.theta import TOO_STIFF as STIFF_THETA
 from mmt_drake.numeric.arrays import Array, assign
@@ -18,19 +19,43 @@ from mmt_drake.numeric.vectors import UP, dot, get
 from mmt_drake.rendering import updates
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
 from mmt_drake.rendering.held_body import bring, distance
-from mmt_drake.rendering.status import APPROACHING, NO_MODEL, NOT_FINITE, RENDERING, TOO_STIFF, UNSTABLE, WAITING
+from mmt_drake.rendering.laws import (
+    COUNT,
+    DAMPING,
+    NO_LAWS,
+    NUMBER,
+    REFUSED,
+    RENDERED_SIZE,
+    STIFFNESS,
+    TOLD_SIZE,
+    adopt_laws,
+    align,
+    put_laws,
+)
+from mmt_drake.rendering.status import (
+    APPROACHING,
+    NO_MODEL,
+    NOT_FELT,
+    NOT_FINITE,
+    RENDERING,
+    TOO_FAST,
+    TOO_STIFF,
+    UNSTABLE,
+    WAITING,
+)
 
 # The memory.
 _next = Layout()
 _STATE = _next.part(box.STATE_SIZE)  # of the object
-_HELD = _next(KERNEL_SIZE)  # what is rendered, as a kernel vector
-_TARGET = _next(KERNEL_SIZE)  # the latest good set, likewise
+_HELD = _next(RENDERED_SIZE)  # what is rendered, as a kernel vector with room for laws
+_TARGET = _next(RENDERED_SIZE)  # the latest good set, likewise
 _KNOWN = _next()  # 1 once a good set has arrived
 _RESERVE = _next()  # see `updates`
 _SINCE = _next(2)  # when the body came to where it is, along x and y
 _SEEN = _next(3)  # where the hand was when that was known last
 _FELT, _LEFT = _next(3), _next()  # the force on it then, and what is left of that
 _UNSEEN = _next()  # ticks since then
+_LAWS = _next(TOLD_SIZE)  # what the last good message tells of laws
 MEMORY_SIZE = _next.size
 
 #: A model so stiff that it needs more substeps than this for one of the settings' own is not rendered.
@@ -44,7 +69,8 @@ _, _STATUS, _JUMP, _ENERGY, _MEMORY = map(Layout(), READOUT_SIZES)
 MODEL_KNOWN = _MEMORY + _KNOWN
 #: Where the time [s] of the last motion stands that could be used.
 MODEL_TIME = _MEMORY + box.TIME
-_NONE_TOLD = np.zeros(4)  # no plane: the last one, which was level at first
+NO_PLANE = np.zeros(4)
+"""Stands for a plane that nobody tells: the last one, which was level at first."""
 
 
 @njit(cache=True)
@@ -103,11 +129,41 @@ def _let_go(memory: Array, t: float, hand: Array, seen: bool, rule: Array, out: 
     left = share_held(t - state[box.TIME])
     for i in range(_STATUS):
         out[i] *= left
-    out[_ENERGY] = box.stored_energy(state, p)
+    out[_ENERGY] = stored_energy(state, p)
     if seen:
         _feel(memory, hand, out[_ENERGY], rule, out)
     else:
         now[_LEFT], now[_UNSEEN] = left, memory[_UNSEEN] + 1.0
+
+
+@njit(cache=True)
+def drop_laws(memory: Array, number: float) -> bool:
+    """Leave the laws that a memory has out as too fast, until a later message tells some; False: it has none.
+
+    Args:
+        memory: (MEMORY_SIZE,), changed in place.
+        number: of the latest message.
+    """
+    if memory[_LAWS + COUNT] == 0.0:
+        return False
+    memory[_HELD + LAWS] = memory[_TARGET + LAWS] = memory[_LAWS + COUNT] = 0.0
+    memory[_LAWS + NUMBER], memory[_LAWS + REFUSED] = max(memory[_LAWS + NUMBER], number), TOO_FAST
+    return True
+
+
+@njit(error_model="numpy")
+def _put_laws(known: Array, target: Array, firm: bool, least_step: float) -> float:
+    """Put the laws that are known into the latest set; 0, or the status that says why that goes without."""
+    if known[COUNT] == 0.0:
+        return 0.0
+    if not firm:
+        return NOT_FELT
+    put_laws(known, target)
+    k1, b1 = target[K1] + target[STIFFNESS], target[B1] + target[DAMPING]
+    if accurate_step(target[M], k1, target[K2], b1, target[B2]) >= least_step:
+        return 0.0
+    target[LAWS] = 0.0
+    return TOO_FAST
 
 
 @njit(error_model="numpy")
@@ -137,6 +193,7 @@ def render_on(
     told: Array,
     world: float,
     mu: float,
+    laws: Array,
     out: Array,
 ) -> None:
     """Bring the memory to time t with the operator at `motion`; write what is put out and the new memory to `out`.
@@ -159,6 +216,8 @@ def render_on(
             it is the last one.
         world: 1 where the surface stays, 0 where the body carries it.
         mu: friction of the probe on it; infinite: it never slips.
+        laws: (TOLD_SIZE,) what a message tells of laws (`mmt_drake.rendering.laws`); they act where the surface
+            stays and the probe does not slip on it.
         out: (sum(READOUT_SIZES),).
     """
     facet = _facet_now(memory[_STATE], told, world, mu)
@@ -173,14 +232,20 @@ def render_on(
         _let_go(memory, t, hand, seen, rule, out)
         return
     known = memory[_KNOWN] != 0.0
-    status = _verdict(theta, stable, known, rule[updates.LONGEST_STEP] / MOST_SUBSTEPS)
+    least_step, refused = rule[updates.LONGEST_STEP] / MOST_SUBSTEPS, adopt_laws(now[_LAWS:MEMORY_SIZE], laws)
+    status = _verdict(theta, stable, known, least_step)
+    firm = facet.world != 0.0 and facet.mu == math.inf
+    if not firm:
+        p[LAWS] = 0.0
     if status == RENDERING:
         write_theta(theta, rule[updates.LONGEST_STEP], rule[updates.IN_PLANE], target)
         if by_energy:
             updates.make_passive(target)
+        passed_over = _put_laws(now[_LAWS:MEMORY_SIZE], target, firm, least_step)
+        refused = passed_over if refused == 0.0 else refused
     if known:
         # What lies between the last update and now is integrated with the model as it was then.
-        before = box.stored_energy(state, p)
+        before = stored_energy(state, p)
         if placed:
             assign(state[box.PROBE : box.PROBE + 6], motion)
         if state[box.CONTACT] == 0.0:  # a plane of free space is none that the probe came along
@@ -198,15 +263,18 @@ def render_on(
         out[:_MEMORY] = 0.0
         out[_STATUS] = status
         return
+    align(state, p, target)
     box.force_on_probe(state, p, jump)
     share, now[_RESERVE] = updates.take_up(state, p, target, now[_RESERVE], rule, force)
     box.force_on_probe(state, p, force)
     now[_RESERVE] = bring(state, p, held, since, distance(force, jump), now[_RESERVE], rule, force)
     for i in range(3):
         jump[i] = force[i] - jump[i]
-    out[_ENERGY] = box.stored_energy(state, p)
+    out[_ENERGY] = stored_energy(state, p)
     whole = _feel(memory, hand, out[_ENERGY], rule, out) and share == 1.0
-    out[_STATUS] = APPROACHING if status == RENDERING and not whole else status
+    if status == RENDERING:
+        status = refused if refused != 0.0 else RENDERING if whole else APPROACHING
+    out[_STATUS] = status
 
 
 @njit(cache=True)
@@ -223,5 +291,6 @@ def render(
     held: Array,
     out: Array,
 ) -> None:
-    """`render_on` a level surface."""
-    render_on(memory, t, motion, hand, theta, stable, in_contact, rule, placed, held, _NONE_TOLD, 1.0, math.inf, out)
+    """`render_on` a level surface, without laws."""
+    given = (memory, t, motion, hand, theta, stable, in_contact, rule, placed, held)
+    render_on(*given, NO_PLANE, 1.0, math.inf, NO_LAWS, out)

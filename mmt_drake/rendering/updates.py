@@ -8,6 +8,7 @@ the latest set. In every tick p moves a share s of the way to p*, and a policy s
 - blended: s = 1 - exp(-T / tau).
 - as energy permits: s = min(1, R / dE) where dE > 0, R being energy that the model has burnt and the hand was not given
   back; dE grows linearly with s too. Dampers and friction hold no energy and wait for none. Both are rate-limited, too.
+  Laws (`mmt_drake.rendering.laws`) wait as springs do, whatever they hold.
 
 Every p on the way is stable: that m, b1 + b2 and k1 + k2 are positive holds between two sets for which it holds. The
 first set is approached from the same body without a contact, whose force is zero.
@@ -33,7 +34,8 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.errors import BadInput, check_number
-from mmt_drake.model.flexible_box import force_on_probe, stored_energy
+from mmt_drake.model.energy import stored_energy
+from mmt_drake.model.flexible_box import force_on_probe
 from mmt_drake.model.parameters import (
     B1,
     B2,
@@ -41,6 +43,7 @@ from mmt_drake.model.parameters import (
     FS,
     K1,
     K2,
+    LAWS,
     MAX_STEP,
     NORMAL_B,
     NORMAL_K,
@@ -53,6 +56,7 @@ from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
+from mmt_drake.rendering.laws import DAMPING, STIFFNESS, add_laws, laws_apart, move_laws, soften_laws
 
 
 @dataclass(frozen=True)
@@ -194,9 +198,10 @@ def renderer_rules(
 
 @njit(cache=True)
 def without_contact(target: Array, p: Array) -> None:
-    """Make `p` the body of a model, (KERNEL_SIZE,) each, that nothing connects with the probe."""
+    """Make `p` the body of a model, (RENDERED_SIZE,) each, that nothing connects with the probe, without its laws."""
     assign(p, target)
     p[K2] = p[B2] = p[NORMAL_K] = p[NORMAL_B] = 0.0
+    soften_laws(p, 0.0)
 
 
 @njit(cache=True)
@@ -223,11 +228,12 @@ def account(state: Array, p: Array, before: float, reserve: float, rule: Array) 
     after = stored_energy(state, p)
     reserve = min(reserve - (after - before), rule[RESERVE])
     if reserve < 0.0:
-        k2, normal_k = p[K2], p[NORMAL_K]
-        p[K2] = p[NORMAL_K] = 0.0
+        k2, normal_k, laws = p[K2], p[NORMAL_K], p[LAWS]
+        p[K2] = p[NORMAL_K] = p[LAWS] = 0.0
         in_springs = after - stored_energy(state, p)
         softer = max(1.0 + reserve / in_springs, 0.0) if in_springs > 0.0 else 1.0
-        p[K2], p[NORMAL_K] = softer * k2, softer * normal_k
+        p[K2], p[NORMAL_K], p[LAWS] = softer * k2, softer * normal_k, laws
+        soften_laws(p, softer)
         reserve += (1.0 - softer) * in_springs
     return reserve
 
@@ -244,7 +250,7 @@ def _alike(p: Array, target: Array) -> bool:
     apart = 0.0
     for i in _NUMBERS:
         apart = max(apart, abs(target[i] - p[i]) - _ALIKE * abs(target[i]))
-    return apart <= 0.0
+    return apart <= 0.0 and not laws_apart(p, target, _ALIKE)
 
 
 @njit(cache=True)
@@ -253,7 +259,8 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
 
     Args:
         state: of the object.
-        p, target: kernel vectors, (KERNEL_SIZE,), of what is rendered and of the latest set.
+        p, target: kernel vectors, (RENDERED_SIZE,), of what is rendered and of the latest set, with the same laws
+            (`laws.align`).
         reserve: energy that may be added [J]; only for that policy.
         rule: of the policy.
         force: (3,) scratch.
@@ -262,19 +269,26 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
         The share of the way, and the reserve that is left [J].
     """
     share = 1.0 if rule[SHARE] == 1.0 or _alike(p, target) else rule[SHARE]
-    added, paid = 0.0, 1.0
+    before, added, paid = 0.0, 0.0, 1.0
     if rule[RESERVE] > 0.0:
-        added = stored_energy(state, target) - stored_energy(state, p)
+        before = stored_energy(state, p)
+        added = stored_energy(state, target) - before
         paid = share_within(added, max(reserve, 0.0))
     if math.isfinite(rule[CHANGE]):
         share = share_within(_change(state, p, target, paid, force), rule[CHANGE])
-    reserve = min(reserve - share * paid * added, rule[RESERVE])
+    left = reserve - share * paid * added
     for i in _HOLDING_ENERGY:
         p[i] = target[i] if share * paid == 1.0 else p[i] + share * paid * (target[i] - p[i])
     for i in _BURNING_ENERGY:
         p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
-    p[MAX_STEP] = min(rule[LONGEST_STEP], accurate_step(p[M], p[K1], p[K2], p[B1], p[B2]))
-    return share * paid, reserve
+    k, b = 0.0, 0.0
+    if p[LAWS] != 0.0:
+        move_laws(p, target, share * paid)
+        k, b = p[STIFFNESS], p[DAMPING]
+        if rule[RESERVE] > 0.0:  # between two sets of its numbers the energy of a law need not grow linearly
+            left = reserve - (stored_energy(state, p) - before)
+    p[MAX_STEP] = min(rule[LONGEST_STEP], accurate_step(p[M], p[K1] + k, p[K2], p[B1] + b, p[B2]))
+    return share * paid, min(left, rule[RESERVE])
 
 
 @njit(cache=True)
@@ -289,6 +303,9 @@ def _change(state: Array, p: Array, target: Array, paid: float, force: Array) ->
         p[B2], p[NORMAL_B] = target[B2], target[NORMAL_B]
         force_on_probe(state, p, force)
         p[K2], p[NORMAL_K], p[B2], p[NORMAL_B] = k2, normal_k, b2, normal_b
+        if p[LAWS] != 0.0:
+            add_laws(state, p, -paid, force)
+            add_laws(state, target, paid, force)
     else:
         force_on_probe(state, target, force)
     return math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)

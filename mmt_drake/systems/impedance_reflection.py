@@ -8,8 +8,10 @@ import numpy as np
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import InPlane
+from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render, render_on
+from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, drop_laws, render_on
+from mmt_drake.rendering.laws import NO_LAWS, NUMBER, told_by, told_by_bytes
 from mmt_drake.rendering.updates import Policy, renderer_rules
 from mmt_drake.systems.kernel_system import KernelSystem
 
@@ -43,6 +45,7 @@ class ImpedanceRenderer(KernelSystem):
         - hand
         - model_status
         - facet
+        - model
         output_ports:
         - force
         - status
@@ -65,10 +68,15 @@ class ImpedanceRenderer(KernelSystem):
     - `facet` (4): the plane that touches the surface under the probe: outward unit normal n, and n · x of its points
       [m]; zeros: the last one. The contact then acts in its frame (`mmt_drake.model.local_contact`). May stay
       unconnected, and then the surface is level, z = 0.
+    - `model` (28): the latest message of the estimator (`mmt_drake.model_message`) [SI], of which named laws are taken;
+      zeros: none yet. They act where the surface stays and nothing slips on it. May stay unconnected, and then those
+      of the option `model` act.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
-    - `status` (1): what became of the latest theta, 0 to 6 as in `mmt_drake.rendering.status`: 0 where nothing has been
+    - `status` (1): what became of the latest theta, 0 to 9 as in `mmt_drake.rendering.status`: 0 where nothing has been
       rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff; 6 where motion
-      or contact is not finite, and it lets go of its force (`mmt_drake.rendering.finite`).
+      or contact is not finite, and it lets go of its force (`mmt_drake.rendering.finite`). Theta being rendered, 7
+      where a message is passed over as unknown, broken or out of order, 8 as of a law that is not to be felt, 9 as of
+      one too fast to integrate: the last good ones act.
     - `update_jump` (3): by how much the update of this tick changed the force [N], the probe's motion being equal.
     - `stored_energy` (1): what the model could give back to the hand [J], if its numbers stay.
     - `readout` (8 and the memory): the four above in that order, then the memory (`mmt_drake.rendering.impedance`).
@@ -83,6 +91,7 @@ class ImpedanceRenderer(KernelSystem):
         in_plane: whether friction of the object is a vector, F = -Fc v/|v|, or that of each axis, as in the thesis.
         carried: whether the body carries the surface along; else it stays (`mmt_drake.surfaces.Shape`).
         mu: friction of the probe on the surface; None: it never slips.
+        model: the message whose laws act where the port of that name stays unconnected; None: no laws.
 
     Raises:
         BadInput: a period that is not positive or less than one substep; no such way of having the probe, or friction.
@@ -98,6 +107,7 @@ class ImpedanceRenderer(KernelSystem):
         in_plane: InPlane = "vector",
         carried: bool = False,
         mu: float | None = None,
+        model: ModelMessage | None = None,
     ) -> None:
         super().__init__()
         if probe not in get_args(ProbeInput):
@@ -107,20 +117,26 @@ class ImpedanceRenderer(KernelSystem):
         if mu is not None:
             check_number("renderer", "mu", mu, least=0.0, open_interval=True)
         self._fixed = 0.0 if carried else 1.0, math.inf if mu is None else mu
-        may_be_left = ("held_body", "hand", "model_status", "facet")
+        self._laws = NO_LAWS if model is None else told_by(model)
+        may_be_left = ("held_body", "hand", "model_status", "facet", "model")
         self.declare_inputs("motion", "theta", "stable", "in_contact", *may_be_left, optional=may_be_left)
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
-        motion, theta, stable, contact, held, hand, model_status, told = inputs
+        motion, theta, stable, contact, held, hand, model_status, told, model = inputs
         hand = motion if hand is None else hand
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))
         held = NO_REPORT if held is None else held
         rule = self._sure if model_status is None or model_status[0] == 0.0 else self._unsure
         given = memory, t, motion, hand, theta, stable[0], contact[0], rule, self._placed, held
-        if told is None:
-            render(*given, out)
-        else:
-            render_on(*given, told, *self._fixed, out)
+        laws = self._laws if model is None else told_by_bytes(model.tobytes())
+        fixed = (NO_PLANE, 1.0, math.inf) if told is None else (told, *self._fixed)
+        try:
+            render_on(*given, *fixed, laws, out)
+        except RuntimeError:  # of kernels that cannot follow
+            bare = memory.copy()
+            if not drop_laws(bare, laws[NUMBER]):
+                raise
+            render_on(bare, *given[1:], *fixed, laws, out)

@@ -5,7 +5,9 @@ import pytest
 
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, VELOCITY
+from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model_files import with_effects
 
 STEP = 1e-3
 
@@ -18,10 +20,27 @@ def test_it_is_that_of_two_springs_a_mass_and_the_normal_contact():
         body = box.BODY + AXIS_SIZE * i
         state[body + POSITION], state[body + VELOCITY], state[body + ANCHOR] = x, v, anchor
     alone = 0.5 * 2.0 * 0.3**2 + 0.5 * 30.0 * (0.01**2 + 0.02**2)
-    assert box.stored_energy(state, model.kernel_vector()) == pytest.approx(alone, rel=1e-12)
+    assert stored_energy(state, model.kernel_vector()) == pytest.approx(alone, rel=1e-12)
     state[box.CONTACT] = 1.0
     contact = 0.5 * 400.0 * (0.008**2 + 0.01**2) + 0.5 * 700.0 * 0.004**2
-    assert box.stored_energy(state, model.kernel_vector()) == pytest.approx(alone + contact, rel=1e-12)
+    assert stored_energy(state, model.kernel_vector()) == pytest.approx(alone + contact, rel=1e-12)
+
+
+def test_laws_beside_the_springs_hold_what_they_say_and_those_of_the_contact_nothing_off_it():
+    effects = [
+        {"name": "nonlinear_stiffness", "parameters": {"k3": 3e6}},
+        {"name": "end_stop", "parameters": {"position": 0.004, "stiffness": 900.0}},
+    ]
+    bare = FlexibleBoxModel(BoxParameters(m=2.0, k1=30.0, k2=400.0), NormalContact(k=700.0))
+    p, without = with_effects(bare, effects, "test").kernel_vector(), bare.kernel_vector()
+    state = np.zeros(box.STATE_SIZE)
+    state[box.PROBE : box.PROBE + 3] = 0.02, -0.01, -0.004
+    state[box.BODY + POSITION] = 0.01
+    wall = 0.5 * 900.0 * 0.006**2
+    assert stored_energy(state, p) - stored_energy(state, without) == pytest.approx(wall, rel=1e-12)
+    state[box.CONTACT] = 1.0
+    cubic = 0.25 * 3e6 * (0.01**4 + 0.01**4)
+    assert stored_energy(state, p) - stored_energy(state, without) == pytest.approx(wall + cubic, rel=1e-9)
 
 
 @pytest.mark.parametrize(("b1", "b2", "normal_b"), [(0.0, 0.0, 0.0), (5.0, 20.0, 30.0)])
@@ -42,7 +61,7 @@ def test_what_the_probe_puts_in_is_stored_or_burnt(b1, b2, normal_b):
         if before is not None:
             given.append(given[-1] - 0.5 * (force + before[1]) @ (motion[:3] - before[0]))
         before = motion[:3].copy(), force.copy()
-        stored.append(box.stored_energy(state, p))
+        stored.append(stored_energy(state, p))
         highest = max(highest, stored[-1])
     burnt = np.array(given) - (np.array(stored) - stored[0])
     if b1 == b2 == normal_b == 0.0:

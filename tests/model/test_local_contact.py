@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY
+from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.local_contact import Facet
 from mmt_drake.model.on_surface import advance_on, begin_on, predicted
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
@@ -41,7 +42,7 @@ def run(surface, mu, time, position, velocity, p, force, body, energy):
         held = n if state[box.CONTACT] != 0.0 else (0.0, 0.0, 0.0)
         box.force_on_probe(state, p, felt)
         force[k] = felt
-        energy[k] = box.stored_energy(state, p)
+        energy[k] = stored_energy(state, p)
         body[k, 0], body[k, 1] = state[BODY_X + POSITION], state[BODY_Y + POSITION]
         body[k, 2], body[k, 3] = state[BODY_X + VELOCITY], state[BODY_Y + VELOCITY]
 

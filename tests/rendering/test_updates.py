@@ -5,6 +5,7 @@ import pytest
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import K2, NORMAL_K, FlexibleBoxModel
 from mmt_drake.rendering import updates
@@ -266,6 +267,6 @@ def test_as_energy_permits_springs_are_softened_by_what_the_reserve_does_not_cov
     p, state, fixed = FlexibleBoxModel().kernel_vector(), np.zeros(box.STATE_SIZE), rule(EnergyPermitting(), STEP, STEP)
     box.begin(state, 0.0, PRESSED, contact, p)
     given = p.copy()
-    found = updates.account(state, p, box.stored_energy(state, p), reserve, fixed)
+    found = updates.account(state, p, stored_energy(state, p), reserve, fixed)
     given[[K2, NORMAL_K]] *= softer
     assert [found, *p] == pytest.approx([left, *given], rel=1e-12, abs=1e-15)

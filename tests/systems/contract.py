@@ -16,6 +16,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, PortDataType, System
 
 from mmt_drake.cloud import Cloud, plane
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 
 PERIOD = 1e-3
 OMEGA = 2 * np.pi * 2.0
@@ -61,6 +62,13 @@ def facet(t: float) -> np.ndarray:
     return np.append(n / np.linalg.norm(n), -0.001)
 
 
+def model(t: float) -> np.ndarray:
+    """(28,) an object that stiffens a little, and then another law beside; anything else is refused."""
+    effects = ToldEffect("nonlinear_stiffness", {"k3": 100.0}), ToldEffect("hysteresis", {"alpha": 0.1, "beta": 150.0})
+    first = t < 0.25
+    return ModelMessage(UNKNOWN_THETA, effects=effects[:1] if first else effects, number=1 if first else 2).vector()
+
+
 def camera_points(t: float) -> PointCloud:
     """The same surface from a camera whose pixels fail now and then."""
     points = surface(t).points().T.astype(np.float32)
@@ -96,6 +104,7 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "body_position": lambda t: motion(t)[:2],
     "camera_points": camera_points,
     "facet": facet,
+    "model": model,
 }
 
 

@@ -163,6 +163,8 @@ STATUS_ALONE = frozenset((port, "status") for port in ("motion", "theta", "in_co
 SURE = frozenset(("model_status", port) for port in (*impedance.PORT_SIZES, "readout"))
 #: Which way the surface lies says nothing of theta.
 LIES = frozenset({("facet", "status")})
+#: A message that is changed by a little is refused, and the last good one stays.
+TOLD = frozenset(("model", port) for port in ("force", "update_jump", "stored_energy"))
 #: A hand apart from the motion matters to these where it is not finite.
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
@@ -188,19 +190,20 @@ CASES: dict[str, Case] = {
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(
         lambda folder: ImpedanceRenderer(),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-blended": Case(
         lambda folder: ImpedanceRenderer(updates=Blended()),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-energy": Case(
         lambda folder: ImpedanceRenderer(updates=EnergyPermitting()),
-        computed_together=frozenset(("held_body", port) for port in (*impedance.PORT_SIZES, "readout"))
+        computed_together=frozenset(("held_body", port) for port in ("force", "status", "update_jump"))
         | {("model_status", "status"), ("motion", "status")}
-        | LIES,
+        | LIES
+        | TOLD,
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),

@@ -1,0 +1,54 @@
+"""The energy that a flexible object holds in store."""
+
+from numba import njit
+
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, VELOCITY, read_motion
+from mmt_drake.model.flexible_box import (
+    BODY,
+    CONTACT,
+    PROBE,
+    around_axis,
+    axes_of_laws,
+    deflection_of,
+    facet_of,
+    tip_of,
+)
+from mmt_drake.model.forces import constants, stored_in_laws
+from mmt_drake.model.local_contact import height_above, is_level
+from mmt_drake.model.parameters import K1, K2, LAWS, NORMAL_AXIS, NORMAL_K, M
+from mmt_drake.model.turned import TURN_SIZE
+from mmt_drake.numeric.arrays import Array
+
+
+@njit(cache=True)
+def stored_energy(state: Array, p: Array) -> float:
+    """Energy [J] that an object whose kernel vector is p holds in store.
+
+    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 and k z²/2 along the normal, and what laws
+    along the tangential axes hold (`Law.stored`). As long as no stiffness, damper or mass is negative, the laws are
+    passive (`Effect.passive`) and nothing changes, a hand gets no more out than this.
+    """
+    energy = 0.0
+    contact = state[CONTACT] != 0.0
+    for i in range(2):
+        body = BODY + AXIS_SIZE * i
+        x, v = state[body + POSITION], state[body + VELOCITY]
+        energy += 0.5 * (p[M] * v * v + p[K1] * x * x)
+        if contact:
+            d = state[PROBE + i] - x - state[body + ANCHOR]
+            energy += 0.5 * p[K2] * d * d
+    if contact and is_level(facet_of(state)):
+        k = p[int(p[NORMAL_AXIS]) + TURN_SIZE + K1] if p[NORMAL_AXIS] != 0.0 else p[NORMAL_K]
+        energy += 0.5 * k * state[PROBE + 2] ** 2
+    elif contact:
+        above = height_above(facet_of(state), tip_of(state))
+        energy += 0.5 * (p[K2] * deflection_of(state)[2] ** 2 + p[NORMAL_K] * above**2)
+    return energy if p[LAWS] == 0.0 else energy + _stored_in_laws(state, p)
+
+
+@njit(error_model="numpy")
+def _stored_in_laws(state: Array, p: Array) -> float:
+    c, (first, second) = constants(p), axes_of_laws(state)
+    x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
+    along = stored_in_laws(x, 0.0, around_axis(state, 0, first, c), c)
+    return along + stored_in_laws(y, 0.0, around_axis(state, 1, second, c), c)

@@ -1,0 +1,173 @@
+"""Named laws in the rendered object: the force that they make, and how they enter, change and leave."""
+
+import numpy as np
+import pytest
+from test_updates import STEP, moving, wandering
+
+from mmt_drake.model import flexible_box as box
+from mmt_drake.model.body import AXIS_SIZE
+from mmt_drake.model.body import MEMORY as OF_BODY
+from mmt_drake.model.held_body import NO_REPORT
+from mmt_drake.model.law_table import ENTRY, HEAD, MEMORY, SHARE, VALUES
+from mmt_drake.model.parameters import KERNEL_SIZE, LAWS, BoxParameters, FlexibleBoxModel
+from mmt_drake.model_files import with_effects
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.numeric.vectors import UP
+from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, READOUT_SIZES, drop_laws, render_on
+from mmt_drake.rendering.laws import NO_LAWS, RENDERED_SIZE, align, told_by, told_by_bytes
+from mmt_drake.rendering.status import APPROACHING, NOT_FELT, RENDERING, TOO_FAST, UNKNOWN_MODEL
+from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, RateLimited, rule
+
+BOX = FlexibleBoxModel(BoxParameters(m=0.8, k1=20.0, b1=9.0, Fc=0.2))
+AT = sum(PORT_SIZES.values())
+CUBIC = ("nonlinear_stiffness", {"k3": 3e6})
+LOOP = ("hysteresis", {"alpha": 300.0, "beta": 150.0})
+LATE = ("viscoelastic_relaxation", {"k_maxwell": 300.0, "tau": 0.1})
+WALL = ("end_stop", {"position": 0.003, "stiffness": 900.0})
+BRISTLES = ("presliding_friction", {"sigma0": 600.0, "sigma1": 0.0, "Fs": 0.5, "v_s": 0.01})
+
+
+def told(number, *effects):
+    """(TOLD_SIZE,) of a message of this number."""
+    return told_by(ModelMessage(UNKNOWN_THETA, effects=tuple(ToldEffect(*effect) for effect in effects), number=number))
+
+
+class Felt:
+    """(n, ...) of every tick: force, status, jump, stored energy; `laws`: of each tick what is told."""
+
+    def __init__(self, policy, motion, laws, theta=None, contact=None, plane=None, world=1.0):
+        n = len(motion)
+        theta = np.broadcast_to(BOX.theta() if theta is None else theta, (n, 10))
+        contact = (motion[:, 2] < 0.0).astype(float) if contact is None else contact
+        out, memory = np.zeros((n, sum(READOUT_SIZES))), np.zeros(MEMORY_SIZE)
+        fixed = rule(policy, STEP, STEP * (1 + 1e-9))
+        for k in range(n):
+            where = NO_PLANE if plane is None else plane[k]
+            seen = motion[k].copy(), motion[k].copy(), theta[k].copy()
+            given = (*seen, 1.0, contact[k], fixed, False, NO_REPORT, where, world, np.inf)
+            render_on(memory, k * STEP, *given, laws if isinstance(laws, np.ndarray) else laws[k], out[k])
+            memory = out[k, AT:].copy()
+        self.position, self.memory = motion[:, :3], memory
+        self.force, self.status, self.jump, self.stored = out[:, :3], out[:, 3], out[:, 4:7], out[:, 7]
+
+    def balance(self):
+        """What the hand has put in less what is stored [J], each force being held until the next."""
+        steps = -np.sum(self.force[:-1] * np.diff(self.position, axis=0), axis=1)
+        return np.append(0.0, np.cumsum(steps)) - self.stored
+
+
+@pytest.mark.parametrize("effects", [(CUBIC,), (LOOP, CUBIC), (LATE, WALL), (BRISTLES,)])
+def test_the_rendered_force_is_that_of_the_object_with_these_laws(effects):
+    motion = moving(3000)
+    model = with_effects(BOX, [{"name": name, "parameters": values} for name, values in effects], "test")
+    force, body = np.empty((3000, 3)), np.empty((3000, 4))
+    contact = (motion[:, 2] < 0.0).astype(float)
+    time, position, velocity = np.arange(3000) * STEP, motion[:, :3].copy(), motion[:, 3:].copy()
+    box.replay(time, position, velocity, contact, model.kernel_vector(), force, body)
+    found = Felt(AtOnce(), motion, told(1, *effects))
+    bare = Felt(AtOnce(), motion, NO_LAWS)
+    # In the first tick the laws act as soon as they are told; what they would have remembered of it they have not.
+    np.testing.assert_allclose(found.force, force, atol=1e-6 * np.abs(force).max())
+    assert np.abs(bare.force - force).max() > 5e-3 * np.abs(force).max()
+    assert np.all(found.status[1:] == RENDERING)
+
+
+def test_a_message_without_laws_changes_no_bit():
+    motion, theta = moving(1500), wandering(1500)
+    for policy in (AtOnce(), EnergyPermitting(), Blended()):
+        bare, empty = (Felt(policy, motion, laws, theta) for laws in (NO_LAWS, told(1)))
+        assert np.array_equal(bare.force, empty.force) and np.array_equal(bare.stored, empty.stored)
+
+
+def test_rate_limited_laws_enter_change_and_leave_no_faster_and_arrive():
+    hold = np.tile([0.0, 0.01, -0.004, 0.0, 0.0, 0.0], (3000, 1))
+    hold[:200, 1], hold[:200, 4] = np.linspace(0.0, 0.01, 200), 0.01 / 199 / STEP
+    stages = [told(1), told(2, CUBIC), told(3, ("nonlinear_stiffness", {"k3": 1e6})), told(4, WALL), told(5)]
+    laws = [stages[min(k // 600, 4)] for k in range(3000)]
+    stiff = FlexibleBoxModel(BoxParameters(m=1.0, k1=3000.0, b1=50.0)).theta()
+    found = Felt(RateLimited(rate=20.0), hold, laws, stiff)
+    assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-9)
+    ends = [found.force[600 * (i + 1) - 1, 1] for i in range(5)]
+    assert ends[1] < ends[2] - 0.1 and ends[2] < ends[0] - 0.1  # it pushes back harder with more of it
+    assert ends[4] == pytest.approx(ends[0], abs=1e-6)
+    assert found.status[601] == APPROACHING and np.all(found.status[[1199, 1799, 2399, 2999]] == RENDERING)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_as_energy_permits_laws_that_come_and_go_give_nothing_that_was_not_put_in(seed):
+    motion, random = moving(6000, seed), np.random.default_rng(seed)
+    sets = [(CUBIC,), (LOOP, CUBIC), (WALL,), (LATE,), (), (BRISTLES, CUBIC), (("nonlinear_stiffness", {"k3": 2e7}),)]
+    stages = [told(i + 1, *sets[random.integers(len(sets))]) for i in range(60)]
+    laws = [stages[k // 100] for k in range(6000)]
+    contact = (motion[:, 2] < 0.0).astype(float)
+    for flag in (contact, np.append(np.zeros(200), contact[:-200])):
+        found = Felt(EnergyPermitting(0.02), motion, laws, wandering(6000, seed), contact=flag)
+        assert np.abs(found.force).max() > 1.0 and np.isfinite(found.force).all()
+        assert found.balance().min() > -1e-5
+
+
+def test_a_message_that_is_refused_leaves_the_last_good_one_and_says_why():
+    motion, good = moving(500), told(7, CUBIC)
+    vector = ModelMessage(UNKNOWN_THETA, effects=(ToldEffect(*CUBIC),), number=8).vector()
+    active, unknown, newer = vector.copy(), vector.copy(), vector.copy()
+    active[15], unknown[14], newer[0] = -1e5, 12.0, 2.0
+    cases = [(active, NOT_FELT), (unknown, UNKNOWN_MODEL), (newer, UNKNOWN_MODEL)]
+    cases = [(told_by_bytes(bad.tobytes()), status) for bad, status in cases] + [(told(6), UNKNOWN_MODEL)]
+    steady = Felt(AtOnce(), motion, good)
+    for bad, status in cases:
+        found = Felt(AtOnce(), motion, [good if k < 100 else bad for k in range(500)])
+        assert np.array_equal(found.force, steady.force)
+        assert np.all(found.status[1:100] == RENDERING) and np.all(found.status[100:] == status)
+
+
+def test_a_law_that_stays_keeps_its_share_its_memory_and_its_numbers_when_another_one_enters():
+    p, target, state = np.zeros(RENDERED_SIZE), np.zeros(RENDERED_SIZE), np.zeros(box.STATE_SIZE)
+    bodies = box.BODY + np.array([0, AXIS_SIZE])
+    laws = {name: with_effects(BOX, [{"name": n, "parameters": v} for n, v in some], "test").kernel_vector()
+            for name, some in (("one", [LOOP]), ("two", [LATE, LOOP]))}  # fmt: skip
+    for vector, name in ((p, "one"), (target, "two")):
+        vector[: len(laws[name])] = laws[name]
+    entry = KERNEL_SIZE + HEAD
+    p[entry + SHARE], p[entry + VALUES] = 0.6, 250.0
+
+    state[bodies + OF_BODY], state[bodies + OF_BODY + 1] = (0.01, -0.02), (0.03, 0.04)
+    align(state, p, target)
+    other = entry + ENTRY
+    assert p[LAWS] == 2.0 and p[entry + SHARE] == 0.0  # the new one, first in the table
+    assert p[other + SHARE] == 0.6 and p[other + VALUES] == 250.0 and p[other + MEMORY] == 2.0
+    assert np.array_equal(state[bodies + OF_BODY + 2], [0.01, -0.02])
+    assert np.array_equal(state[bodies + OF_BODY + 3], [0.03, 0.04])
+    assert np.all(state[bodies + OF_BODY] == 0.0) and np.all(state[bodies + OF_BODY + 1] == 0.0)
+
+
+def test_a_law_that_would_need_too_short_steps_is_passed_over():
+    found = Felt(AtOnce(), moving(300), told(1, ("end_stop", {"position": 0.0, "stiffness": 1e12})))
+    assert np.all(found.status[1:] == TOO_FAST)
+    assert np.array_equal(found.force, Felt(AtOnce(), moving(300), NO_LAWS).force)
+
+
+def test_on_a_plane_that_is_next_to_level_laws_are_what_they_are_on_a_level_surface():
+    motion = moving(2000)
+    slope = np.tile([0.0, np.sin(1e-7), np.cos(1e-7), 1e-9], (2000, 1))
+    for effects in ((CUBIC,), (LOOP, LATE)):
+        level, tilted = (Felt(AtOnce(), motion, told(1, *effects), plane=plane) for plane in (None, slope))
+        np.testing.assert_allclose(tilted.force, level.force, atol=1e-4 * np.abs(level.force).max())
+        np.testing.assert_allclose(tilted.stored, level.stored, atol=1e-4 * level.stored.max())
+
+
+def test_on_a_surface_that_the_body_carries_laws_are_left_out():
+    motion = moving(300)
+    found = Felt(AtOnce(), motion, told(1, CUBIC), world=0.0)
+    assert np.all(found.status[1:] == NOT_FELT)
+    assert np.array_equal(found.force, Felt(AtOnce(), motion, NO_LAWS, world=0.0).force)
+
+
+def test_laws_that_are_dropped_stay_so_until_a_later_message():
+    memory = Felt(AtOnce(), moving(50), told(3, CUBIC)).memory
+    assert drop_laws(memory, 3.0) and not drop_laws(memory, 3.0)
+    motion, out = np.array([*UP, 0.0, 0.0, 0.0]), np.zeros(sum(READOUT_SIZES))
+    fixed = rule(AtOnce(), STEP, STEP)
+    for number, status in ((3, TOO_FAST), (4, RENDERING)):
+        given = (motion, motion, BOX.theta(), 1.0, 1.0, fixed, False, NO_REPORT, NO_PLANE, 1.0, np.inf)
+        render_on(memory, 0.06, *given, told(number, CUBIC), out)
+        assert out[3] == status
