@@ -98,7 +98,7 @@ def says_passive(name, structure):
 
 @pytest.mark.parametrize(("name", "structure"), [place for place in PLACES if says_passive(*place)])
 def test_where_it_says_so_it_is_passive(name, structure):
-    # The work put in never falls below zero: nothing here is a source of energy. `test_passivity_of_laws.py` moves at random.
+    # The work put in never falls below zero: nothing here is a source of energy (and test_passivity_of_laws.py).
     _, power = respond(applied(MODELS[structure], name), rates=True, to=name)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * 1e-3)])
     assert work.min() > -1e-6 and work[-1] > 0.0
