@@ -10,7 +10,6 @@ from mmt_drake.closing import Closing
 from mmt_drake.hw.omega import frames
 from mmt_drake.hw.omega.device import OmegaDevice
 from mmt_drake.hw.omega.settings import OmegaSettings
-from mmt_drake.hw.omega.velocity import take_position, velocity_memory
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
 
@@ -36,16 +35,12 @@ class OmegaOperator(LeafSystem, Closing):
         - force
         output_ports:
         - motion
-        - reported_motion
         - device
 
     Ports:
 
     - `force` (3): rendered force [N], table frame.
     - `motion` (6): position [m] and velocity [m/s] of the hand, table frame; where it was last while a reading fails.
-      The velocity is that of the positions, which is not late (`mmt_drake.hw.omega.velocity`).
-    - `reported_motion` (6): the same with the velocity that the device reports, late by half of
-      `OmegaSettings.velocity_window`: for a supervisor, which holds the one against the other.
     - `device` (3): fault code (0: well; else `describe_fault`), time of the latest reading [s] by a clock that is never
       set, and 1 while the clutch holds the position (else 0).
 
@@ -70,7 +65,6 @@ class OmegaOperator(LeafSystem, Closing):
         super().__init__()
         settings = OmegaSettings() if settings is None else settings
         self._motion, self._state = np.concatenate([settings.origin, np.zeros(3)]), np.zeros(frames.DEVICE_SIZE)
-        self._reported, self._positions = self._motion.copy(), velocity_memory()
         self._clutch, self._sent = np.zeros(frames.CLUTCH_SIZE), np.zeros(3)
         self._frame, self._clock = frames.frame_vector(settings), clock
         self._started, self._send_fault = False, 0
@@ -78,7 +72,6 @@ class OmegaOperator(LeafSystem, Closing):
         parts = self._motion.copy(), self._state.copy(), self._clutch.copy()
         frames.take_reading(*parts, np.zeros(6), 0, False, 0.0, self._frame)
         frames.force_on_hand(self._state, self._clutch, np.zeros(3), self._frame, self._sent)
-        take_position(velocity_memory(), 0.0, np.zeros(6))
         #: The device itself, for its name, pose and what it says about forces.
         self.device = OmegaDevice(settings)
         for _ in range(_FIRST_READINGS):  # where the hand is now; the vendor's velocity wants two positions
@@ -88,7 +81,6 @@ class OmegaOperator(LeafSystem, Closing):
             time.sleep(_BETWEEN)
         (self._force,) = self.declare_inputs("force")
         self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(self._motion))
-        self.DeclareStateOutputPort("reported_motion", self.DeclareDiscreteState(self._reported))
         self.DeclareStateOutputPort("device", self.DeclareDiscreteState(self._state))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
@@ -109,17 +101,13 @@ class OmegaOperator(LeafSystem, Closing):
         self._take(self.device.read() or fault or self._send_fault)
         values = state.get_mutable_discrete_state()
         values.get_mutable_value(0)[:] = self._motion
-        values.get_mutable_value(1)[:] = self._reported
-        values.get_mutable_value(2)[:] = self._state
+        values.get_mutable_value(1)[:] = self._state
 
     def _take(self, fault: int) -> None:
-        reading, clutched, now = self.device.reading, self.device.clutched, self._clock()
-        frames.take_reading(self._reported, self._state, self._clutch, reading, fault, clutched, now, self._frame)
-        self._motion[:] = self._reported
-        if self._state[0] == 0.0:
-            take_position(self._positions, now, self._motion)
-            if clutched:
-                self._motion[3:] = 0.0
+        reading, clutched = self.device.reading, self.device.clutched
+        frames.take_reading(
+            self._motion, self._state, self._clutch, reading, fault, clutched, self._clock(), self._frame
+        )
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         try:
