@@ -1,8 +1,8 @@
 """The message by which an estimator tells a renderer what the object is: its numbers, and laws that have a name.
 
-It stands in the place of theta. On the wire it is a vector of one size (`ModelMessage.vector`), in recordings and for
-people JSON. Nothing in it is an address or an index: structure and effects go by a sum over their names, so that two
-machines need only have the laws that are told, and one that has not says so.
+It stands in the place of theta. On the wire it is a vector of one size (`ModelMessage.vector`). Nothing in it is an
+address or an index: structure and effects go by a sum over their names, so that two machines need only have the laws
+that are told, and one that has not says so.
 
 It holds what may be felt and nothing else: a law of the contact, the body or friction along the surface whose values
 give no energy that was not put in (`Effect.passive`). A law of the sensor or the channel corrects an estimator's data
@@ -11,11 +11,10 @@ and is never felt; what adds to a number of theta is told by that number.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Final
 from zlib import crc32
 
 import numpy as np
@@ -27,7 +26,6 @@ from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, N
 from mmt_drake.model.structure import Friction
 from mmt_drake.model_files import with_effects
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.typed_yaml import known_keys
 
 VERSION: Final = 1
 """Of what is laid out here; a message of another one is refused."""
@@ -43,7 +41,6 @@ MESSAGE_SIZE: Final = _EFFECTS + MOST_EFFECTS * _ENTRY
 """Of the vector."""
 
 _SLOTS = (Slot.BODY, Slot.CONTACT, Slot.FRICTION)
-_KEYS = (*_HEAD, "theta", "deviations", "effects")
 _GREATEST = 2**53  # whole numbers that float64 holds
 _SOURCE = "model message"
 
@@ -59,12 +56,10 @@ class ToldEffect:
     Attributes:
         name: of the library.
         parameters: its values by symbol.
-        deviations: standard deviations of those that were estimated, in their units.
     """
 
     name: str
     parameters: dict[str, float] = field(hash=False)
-    deviations: dict[str, float] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
@@ -73,37 +68,32 @@ class ModelMessage:
 
     Attributes:
         theta: (10,) numbers in the order of `THETA`; NaN: not known yet.
-        deviations: (10,) their standard deviations; empty: nobody says. Not in the vector: nobody feels them.
         effects: named laws beside them, at most `MOST_EFFECTS`.
         thing: which object it is, a whole number; another one, another object.
         number: of the message, from 1 on; a later one has a greater.
 
     Raises:
-        BadInput: theta is not 10 numbers; numbers or deviations that cannot be; an effect that is unknown, stands twice
+        BadInput: theta is not 10 numbers; numbers that cannot be; an effect that is unknown, stands twice
             or beside one that excludes it, or has values that it does not allow. `NotFelt`: an effect that is no law of
             the contact, the body or friction along the surface, or whose values are not passive.
     """
 
     theta: tuple[float, ...]
-    deviations: tuple[float, ...] = ()
     effects: tuple[ToldEffect, ...] = ()
     thing: int = 0
     number: int = 1
 
     def __post_init__(self) -> None:
-        _sized("theta", self.theta, (len(THETA),))
-        _sized("deviations", self.deviations, (0, len(THETA)))
+        if len(self.theta) != len(THETA):
+            raise BadInput(_SOURCE, at="theta", found=f"{len(self.theta)} numbers", expected=len(THETA))
+        for symbol, value in zip(THETA, self.theta, strict=True):
+            if math.isinf(value):
+                raise BadInput(_SOURCE, at=f"theta.{symbol}", found=value, expected="a finite number")
         for name, number, least in (("object", self.thing, 0), ("number", self.number, 1)):
             if isinstance(number, bool) or not isinstance(number, int) or not least <= number < _GREATEST:
                 raise BadInput(_SOURCE, at=name, found=number, expected=f"a whole number from {least} on")
         if len(self.effects) > MOST_EFFECTS:
             raise NotFelt(_SOURCE, at="effects", found=len(self.effects), expected=f"{MOST_EFFECTS} at most")
-        for told in self.effects:
-            for symbol, deviation in told.deviations.items():
-                number = isinstance(deviation, int | float) and math.isfinite(deviation)
-                if symbol not in told.parameters or not (number and deviation >= 0.0):
-                    expected = f"deviations, not below 0, of {', '.join(told.parameters)}"
-                    raise BadInput(_SOURCE, at=told.name, found=f"{symbol}: {deviation}", expected=expected)
         _ = self.laws
 
     @property
@@ -136,7 +126,6 @@ class ModelMessage:
                 expected = f"a value: that of {parameter.default} is not known"
                 raise BadInput(_SOURCE, at=f"{effect.name}.{parameter.symbol}", found="none", expected=expected)
 
-    # ------------------------------------------------------------------------------------------------- on the wire
     def vector(self) -> Array:
         """(MESSAGE_SIZE,) as it crosses the network: head, theta, and for each effect which and its values."""
         vector = np.zeros(MESSAGE_SIZE)
@@ -175,45 +164,7 @@ class ModelMessage:
             symbols = [parameter.symbol for parameter in effect.parameters]
             effects.append(ToldEffect(effect.name, dict(zip(symbols, values, strict=False))))
         theta = tuple(vector[len(_HEAD) : _EFFECTS].tolist())
-        return cls(theta, (), tuple(effects), _whole("object", thing), _whole("number", number))
-
-    # ---------------------------------------------------------------------------------------------------- for people
-    def json(self) -> str:
-        """One line of JSON; what is not known is null."""
-        data: dict[str, Any] = dict(zip(_HEAD, (VERSION, STRUCTURE, self.thing, self.number), strict=True))
-        data["theta"] = _by_symbol(self.theta)
-        if self.deviations:
-            data["deviations"] = _by_symbol(self.deviations)
-        data["effects"] = [
-            {"name": told.name, "parameters": dict(told.parameters)}
-            | ({"deviations": dict(told.deviations)} if told.deviations else {})
-            for told in self.effects
-        ]
-        return json.dumps(data, allow_nan=False)
-
-    @classmethod
-    def from_json(cls, text: str) -> ModelMessage:
-        """The message that a line of JSON is.
-
-        Raises:
-            BadInput: no JSON, an unknown key, version or structure, or as the class.
-        """
-        try:
-            data = json.loads(text)
-        except ValueError as error:
-            raise BadInput(_SOURCE, found=f"no JSON ({error})", expected="a mapping") from None
-        data = _mapping(data, "the message")
-        known_keys(data, _KEYS, _SOURCE, "")
-        for name, expected in (("version", VERSION), ("structure", STRUCTURE)):
-            if data.get(name) != expected:
-                raise BadInput(_SOURCE, at=name, found=repr(data.get(name)), expected=expected)
-        theta = _numbers(data.get("theta"), "theta")
-        deviations = _numbers(data["deviations"], "deviations") if "deviations" in data else ()
-        effects = data.get("effects", [])
-        if not isinstance(effects, list):
-            raise BadInput(_SOURCE, at="effects", found=type(effects).__name__, expected="a list")
-        thing, number = data.get("object"), data.get("number")
-        return cls(theta, deviations, tuple(_named(effect, i) for i, effect in enumerate(effects)), thing, number)  # type: ignore[arg-type]  # refused there
+        return cls(theta, tuple(effects), _whole("object", thing), _whole("number", number))
 
 
 UNKNOWN_THETA: Final = (math.nan,) * len(THETA)
@@ -251,46 +202,7 @@ def _check_place(effect: Effect) -> None:
         raise NotFelt(_SOURCE, at=effect.name, found=found, expected=expected)
 
 
-def _sized(name: str, numbers: Sequence[float], sizes: tuple[int, ...]) -> None:
-    if len(numbers) not in sizes:
-        raise BadInput(_SOURCE, at=name, found=f"{len(numbers)} numbers", expected=sizes[-1])
-    for symbol, number in zip(THETA, numbers, strict=False):
-        if math.isinf(number) or (name == "deviations" and number < 0.0):
-            raise BadInput(_SOURCE, at=f"{name}.{symbol}", found=number, expected="a finite number")
-
-
 def _whole(name: str, number: float) -> int:
     if not (math.isfinite(number) and number == int(number)):
         raise BadInput(_SOURCE, at=name, found=number, expected="a whole number")
     return int(number)
-
-
-def _by_symbol(numbers: Sequence[float]) -> dict[str, float | None]:
-    return {s: None if math.isnan(number) else number for s, number in zip(THETA, numbers, strict=True)}
-
-
-def _numbers(data: object, name: str) -> tuple[float, ...]:
-    data = _mapping(data, name)
-    if set(data) != set(THETA):
-        raise BadInput(_SOURCE, at=name, found=", ".join(data) or "nothing", expected=", ".join(THETA))
-    for symbol, number in data.items():
-        if number is not None and (isinstance(number, bool) or not isinstance(number, int | float)):
-            raise BadInput(_SOURCE, at=f"{name}.{symbol}", found=repr(number), expected="a number, or null")
-    return tuple(math.nan if data[symbol] is None else float(data[symbol]) for symbol in THETA)
-
-
-def _named(data: object, i: int) -> ToldEffect:
-    at = f"effects[{i}]"
-    data = _mapping(data, at)
-    known_keys(data, ("name", "parameters", "deviations"), _SOURCE, at)
-    name = data.get("name")
-    if not isinstance(name, str) or name not in LIBRARY:
-        raise BadInput(_SOURCE, at=f"{at}.name", found=repr(name), expected=f"one of {', '.join(LIBRARY)}")
-    values, deviations = (_mapping(data.get(key, {}), f"{at}.{key}") for key in ("parameters", "deviations"))
-    return ToldEffect(name, values, deviations)
-
-
-def _mapping(data: object, at: str) -> dict[str, Any]:
-    if not isinstance(data, dict):
-        raise BadInput(_SOURCE, at=at, found=type(data).__name__, expected="a mapping of names to values")
-    return data

@@ -18,7 +18,6 @@ from shutil import which
 
 import jupytext
 import pytest
-import yaml
 
 import mmt_drake
 
@@ -338,12 +337,6 @@ def test_no_markdown_holds_a_placeholder() -> None:
 
 def test_the_changelog_tells_of_this_version() -> None:
     assert f"\n## [{mmt_drake.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
-
-
-def test_the_citation_is_of_this_version_and_has_what_its_format_asks_for() -> None:
-    found = yaml.safe_load((ROOT / "CITATION.cff").read_text())
-    assert {"cff-version", "message", "title", "authors"} <= found.keys()
-    assert found["version"] == mmt_drake.__version__ and found["license"] == "BSD-3-Clause"
 
 
 @pytest.mark.parametrize("package", ["mmt_drake", "mmt_drake.hw", "mmt_drake.diagrams"])

@@ -1,8 +1,6 @@
-"""The message from an estimator to a renderer: what it takes, what it refuses, the wire and JSON."""
+"""The message from an estimator to a renderer: what it takes, what it refuses, the wire."""
 
-import json
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,27 +20,19 @@ from mmt_drake.model_message import (
 )
 
 THETA = tuple(FlexibleBoxModel(BoxParameters(Fc=0.3)).theta().tolist())
-CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6}, {"k3": 2e4})
+CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
 LUGRE = ToldEffect("presliding_friction", {"sigma0": 600.0, "sigma1": 1.0, "Fs": 0.4, "v_s": 0.01})
-MESSAGE = ModelMessage(THETA, tuple(0.01 * number for number in THETA), (CUBIC, LUGRE), 7, 41)
+MESSAGE = ModelMessage(THETA, (CUBIC, LUGRE), 7, 41)
 
 
-def test_it_crosses_the_wire_without_its_deviations_and_nothing_else_is_lost():
-    bare = replace(MESSAGE, deviations=(), effects=(replace(CUBIC, deviations={}), LUGRE))
-    assert ModelMessage.from_vector(MESSAGE.vector()) == bare
+def test_it_crosses_the_wire_and_nothing_is_lost():
+    assert ModelMessage.from_vector(MESSAGE.vector()) == MESSAGE
     assert MESSAGE.vector().shape == (MESSAGE_SIZE,)
 
 
-def test_it_goes_through_json_whole():
-    assert ModelMessage.from_json(MESSAGE.json()) == MESSAGE
-    assert "\n" not in MESSAGE.json()
-
-
-def test_numbers_that_are_not_known_cross_as_nan_and_are_null_in_json():
-    unknown = ModelMessage(UNKNOWN_THETA)
-    assert json.loads(unknown.json())["theta"]["m"] is None
-    for again in (ModelMessage.from_vector(unknown.vector()), ModelMessage.from_json(unknown.json())):
-        assert np.isnan(again.theta).all() and again.number == 1
+def test_numbers_that_are_not_known_cross_as_nan():
+    again = ModelMessage.from_vector(ModelMessage(UNKNOWN_THETA).vector())
+    assert np.isnan(again.theta).all() and again.number == 1
 
 
 def test_zeros_are_no_message():
@@ -107,26 +97,6 @@ def test_a_vector_that_is_not_sound_is_refused(at, value, why):
     vector[at] = value
     with pytest.raises(BadInput, match=why):
         ModelMessage.from_vector(vector)
-
-
-@pytest.mark.parametrize(
-    ("change", "why"),
-    [
-        ({"version": 2}, "version: found 2"),
-        ({"structure": "multibody"}, "structure: found 'multibody'"),
-        ({"object": None}, "object: found None"),
-        ({"number": True}, "number: found True"),
-        ({"theta": {"m": 1.0}}, "theta: found m, expected m, k1"),
-        ({"effect": []}, "the key 'effect' .did you mean effects"),
-        ({"effects": [{"name": "levitation"}]}, "found 'levitation', expected one of"),
-        ({"effects": [{"name": "end_stop", "parameters": [1]}]}, "parameters: found list"),
-    ],
-)
-def test_json_that_is_not_sound_is_refused(change, why):
-    with pytest.raises(BadInput, match=why):
-        ModelMessage.from_json(json.dumps(json.loads(MESSAGE.json()) | change))
-    with pytest.raises(BadInput, match="no JSON"):
-        ModelMessage.from_json("{")
 
 
 def test_a_number_that_is_left_to_a_theta_that_is_not_known_is_refused():

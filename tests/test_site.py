@@ -99,6 +99,12 @@ def test_the_python_page_and_help_have_every_name_of_the_package_s_face() -> Non
         assert re.search(rf"(::: |\]\[)mmt_drake\.[\w.]+\.{name}\b", page), name
 
 
+def test_the_citation_is_of_this_version_and_has_what_its_format_asks_for() -> None:
+    found = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert {"cff-version", "message", "title", "authors"} <= found.keys()
+    assert found["version"] == mmt.__version__ and found["license"] == "BSD-3-Clause"
+
+
 @pytest.mark.parametrize("page", OWN_WORDS, ids=lambda page: page.stem)
 def test_a_sentence_has_30_words_at_most(page: Path) -> None:
     text = "\n".join(line for line in words_only(page.read_text()).splitlines() if not re.match(r"\s*[|#]|    ", line))

@@ -99,7 +99,7 @@ def main(arguments: argparse.Namespace) -> int:
     blocks = () if model is None else _blocks(arguments, model, recordings)
     replays: tuple[BlockReplay, ...] = ()
     first: FirstModel | None = None
-    with working("diagnosis") as show, workers(arguments.jobs, arguments.cluster) as executor:
+    with working("diagnosis", arguments.time_budget) as show, workers(arguments.jobs, arguments.cluster) as executor:
         if model is None:
             first = fit(recordings, arguments.structure, executor=executor, on_stage=show)
             model = first.model

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from mmt_drake.errors import printable
 
@@ -60,56 +61,47 @@ def progress(
         yield update
 
 
-class Stages(Protocol):
-    """What `working` yields."""
+class Stages:
+    """The stages of long work, as `working` shows them.
+
+    Args:
+        bar: where they are shown; None: nowhere.
+    """
+
+    def __init__(self, bar: Progress | None) -> None:
+        self._bar, self._begun = bar, time.perf_counter()
+        self._task = None if bar is None else bar.add_task("recordings", total=None)
 
     def __call__(self, what: str) -> None:
         """Show what is being done now."""
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, description=what, advance=1)
 
     def tell(self, what: str) -> None:
         """Write a line that stays, with the time since the work began."""
-
-
-class _Unseen:
-    """Stages in a pipe."""
-
-    def __call__(self, what: str) -> None:
-        pass
-
-    def tell(self, what: str) -> None:
-        pass
-
-
-class _Shown:
-    """Stages on a terminal."""
-
-    def __init__(self, bar: Progress) -> None:
-        self._bar, self._task, self._begun = bar, bar.add_task("recordings", total=None), time.perf_counter()
-
-    def __call__(self, what: str) -> None:
-        self._bar.update(self._task, description=what, advance=1)
-
-    def tell(self, what: str) -> None:
-        seconds = time.perf_counter() - self._begun
-        self._bar.console.print(f"after {seconds:.0f} s: {what}", markup=False, highlight=False)
+        if self._bar is not None:
+            seconds = time.perf_counter() - self._begun
+            self._bar.console.print(f"after {seconds:.0f} s: {what}", markup=False, highlight=False)
 
 
 @contextmanager
-def working(description: str) -> Iterator[Stages]:
+def working(description: str, seconds: float = math.inf) -> Iterator[Stages]:
     """Shows on stderr what is being done, of work whose amount nobody knows, if stderr is a terminal.
 
     Args:
         description: what all of it is.
+        seconds: that it has; infinite: as long as it takes.
 
     Yields:
         `show(what)`, to be called with what is being done now; `show.tell(what)` writes a line that stays.
     """
     if not sys.stderr.isatty():
-        yield _Unseen()
+        yield Stages(None)
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn(description), BarColumn(), TextColumn("{task.completed:g} tried: {task.description}"))
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar:
-        yield _Shown(bar)
+    limit = () if math.isinf(seconds) else (TextColumn(f"of {seconds:g} s"),)
+    with Progress(*columns, TimeElapsedColumn(), *limit, console=Console(stderr=True), transient=True) as bar:
+        yield Stages(bar)

@@ -15,13 +15,12 @@ from typing import Any, NamedTuple
 
 from numba import njit
 from numba.extending import overload
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from mmt_drake.model.hermite import Cubic, position_at, velocity_at
 from mmt_drake.model.law_table import ENTRY, entries_of, evaluate, memory_of, remembers, share_of, slot_of, stored_by
 from mmt_drake.model.laws import At, Memory, Slot
 from mmt_drake.model.parameters import FD, FS, LAW_TABLE, LAWS, Constants, M
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, fixed_tuple
 
 # Slots as plain numbers, for the kernels.
 _DRIVE, _BODY, _CONTACT, _FRICTION, _INERTIA, _SENSOR = (int(slot) for slot in Slot)
@@ -102,7 +101,7 @@ def _numbers(p: Array) -> Any:
 
 @overload(_numbers, strict=False)
 def _compiled_numbers(p: Any) -> Any:
-    return lambda p: to_fixed_tuple(p, LAWS)  # type: ignore[call-arg]  # numba adds an argument in front
+    return lambda p: fixed_tuple(p, LAWS)
 
 
 @njit(error_model="numpy")
@@ -114,7 +113,8 @@ def constants(p: Array) -> Constants:
         has_memory = remembers(address, LAW_TABLE)
         first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
         smooth = smooth and first == end
-    return Constants(*_numbers(p), address, 1.0 / p[M], has_memory, smooth)  # type: ignore[call-arg]  # LAWS numbers in a row
+    numbers = (*_numbers(p), address, 1.0 / p[M], has_memory, smooth)
+    return Constants(*numbers)
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -1,11 +1,16 @@
 """Array operations as numpy has them, cheap to compile."""
 
+from typing import Any
+
 from numba import njit
+from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy import bool_, float64
 from numpy.typing import NDArray
 
 Array = NDArray[float64]
 Flags = NDArray[bool_]
+fixed_tuple: Any = to_fixed_tuple
+"""In a kernel, the first so many numbers of an array as a tuple: `fixed_tuple(array, 3)`."""
 
 
 @njit(cache=True)

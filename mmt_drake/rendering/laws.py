@@ -12,7 +12,6 @@ from functools import lru_cache
 
 import numpy as np
 from numba import njit
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
@@ -24,7 +23,7 @@ from mmt_drake.model.laws import LAW_PARAMETERS
 from mmt_drake.model.memory import read_memory, write_memory
 from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, KERNEL_SIZE, LAW_TABLE, LAWS, VD, M
 from mmt_drake.model_message import MOST_EFFECTS, ModelMessage, NotFelt
-from mmt_drake.numeric.arrays import Array, assign
+from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.rendering.status import NOT_FELT, UNKNOWN_MODEL
 
@@ -182,7 +181,7 @@ def align(state: Array, p: Array, target: Array) -> None:
 @njit(error_model="numpy")
 def _enter(state: Array, p: Array, target: Array) -> None:
     count = int(p[LAWS])
-    old = (to_fixed_tuple(p[_entry(0) : _entry(1)], ENTRY), to_fixed_tuple(p[_entry(1) : STIFFNESS], ENTRY))  # type: ignore[call-arg]  # numba adds an argument in front
+    old = (fixed_tuple(p[_entry(0) : _entry(1)], ENTRY), fixed_tuple(p[_entry(1) : STIFFNESS], ENTRY))
     x, y = BODY + BODY_MEMORY, BODY + AXIS_SIZE + BODY_MEMORY
     of_x, of_y = read_memory(state, x), read_memory(state, y)
     write_memory(state, x, (0.0, 0.0, 0.0, 0.0))

@@ -25,7 +25,7 @@ from mmt_drake.cli import diagnose, main
 class Saying:
     def __call__(self, what): print(what, time.process_time(), flush=True)
     tell = print
-diagnose.working = lambda _: contextlib.nullcontext(Saying())
+diagnose.working = lambda *_: contextlib.nullcontext(Saying())
 sys.exit(main.main())"""
 
 

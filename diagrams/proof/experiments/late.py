@@ -11,12 +11,10 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
 from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn, path_of
 from mmt_drake.diagrams.proof.experiments.targets import LATE_BY, LATE_ERROR
-from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, follow, measured_along
+from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, behind_sensor, follow, measured_along
 from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
 from mmt_drake.diagrams.proof.studies.study import Reached, Report
-from mmt_drake.diagrams.proof.trial.sensor import Sensor
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.numeric.arrays import Array
 
 SECONDS: Final = {"strokes": 20.0, "reaches": 20.0, "chirp": 30.0}
 """Motion -> how long it takes."""
@@ -52,20 +50,13 @@ class LateCase:
         return abs(self.found[2] - self.delay - self.lag)
 
 
-def late(force: Array, delay: float, lag: float) -> Array:
-    """A force (n, 3) at ticks of `STEP` behind a first-order low pass and a delay [s]."""
-    sensor = Sensor(lag=lag, delay=delay)
-    time: Array = STEP * np.arange(len(force), dtype=np.float64)
-    return np.column_stack([sensor.arrival(time, component, time) for component in force.T])
-
-
 def run_case(number: int, motion: str, plant: str, lateness: tuple[float, float], seed: int) -> LateCase:
     """One object, estimated and rendered."""
     model = replace(drawn(number, seed), in_plane="vector")
     time, path = path_of(motion, SECONDS[motion])
     random = np.random.default_rng((seed, number, *(round(1e6 * part) for part in lateness)))
     measurement, contact, force = measured_along(time, path, model, NOISE, random, plant)
-    measurement[:, 6:] += late(force, *lateness) - force
+    measurement[:, 6:] += behind_sensor(time, force, *lateness) - force
     found = follow(time, measurement, contact, OutputErrorOptions(step=STEP, in_plane="vector"), motion=path)
     counted = (contact > 0.5) & (np.cumsum(contact) * STEP > _FIRST)
     off, true = (values[counted, :2] for values in (found.rendered - force, force))

@@ -25,7 +25,13 @@ from mmt_drake.diagrams.proof.experiments.targets import (
     WORST_OBJECT,
 )
 from mmt_drake.diagrams.proof.experiments.thesis import ESTIMATOR_OPTIONS
-from mmt_drake.diagrams.proof.experiments.tick_by_tick import by_axis, follow, measured_along, render_along
+from mmt_drake.diagrams.proof.experiments.tick_by_tick import (
+    behind_sensor,
+    by_axis,
+    follow,
+    measured_along,
+    render_along,
+)
 from mmt_drake.diagrams.proof.studies.processes import results_of
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, unheard
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -49,7 +55,7 @@ _ASKED: Final = {"median": (0.5, MEDIAN_OBJECT), "95th percentile": (0.95, MOST_
 """Name -> share of the objects that are no worse, and the target."""
 _ASKED_OF_REST: Final = ((0.5, MEDIAN_OBJECT_REST), (0.95, MOST_OBJECTS_REST))
 _OWN, _FOREIGN, _LAB = "own plant", "foreign plant", "foreign plant, sensors of a lab"
-RESOLUTION_M, LATE_TICKS = 1e-5, 2
+RESOLUTION_M, LATE_S = 1e-5, 0.002
 """What a lab's sensors do: positions in steps, and a force that is late."""
 EXPLAINED: Final = MEDIAN_OBJECT.to_reach or 0.0
 """Objects with a larger error are explained: what the noise would have allowed, and what the last parameters give."""
@@ -73,8 +79,8 @@ class ObjectCase:
             all bands; of objects with an error above `MEDIAN_OBJECT` alone.
         foreign: the error in all bands where the plant shares no physics with the model (`mmt_drake.foreign`), friction
             a vector.
-        rest: plant -> the error in all contact after its first 0.5 s, in all bands; of the foreign plant also with
-            positions to 10 um and the force 2 ms late.
+        rest: plant -> the error in all contact after its first 0.5 s, in all bands; of the foreign plant also
+            behind the sensors of a lab (`in_a_lab`).
     """
 
     number: int
@@ -218,10 +224,11 @@ def run_object(number: int, *, estimator: str, seed: int, isotropic: bool) -> Ob
 
 
 def in_a_lab(measurement: Array) -> Array:
-    """What a lab's sensors make of a measurement (n, 9): `RESOLUTION_M`, `LATE_TICKS`."""
+    """What a lab's sensors make of a measurement (n, 9): `RESOLUTION_M`, `LATE_S`."""
     sensed = measurement.copy()
     sensed[:, :3] = RESOLUTION_M * np.round(measurement[:, :3] / RESOLUTION_M)
-    sensed[LATE_TICKS:, 6:] = measurement[:-LATE_TICKS, 6:]
+    time: Array = STEP * np.arange(len(sensed), dtype=np.float64)
+    sensed[:, 6:] = behind_sensor(time, measurement[:, 6:], LATE_S, 0.0)
     return sensed
 
 
@@ -312,7 +319,7 @@ def report_of(result: ObjectsResult) -> Report:
         f"Objects drawn evenly from {', '.join(f'{name} {low:g} to {high:g}' for name, (low, high) in RANGES.items())} "
         f"(SI units) under strokes of {SECONDS:g} s, sensor noise as in set-up 1; seed {result.seed}. "
         f"Sensors of a lab: positions in steps of {1e6 * RESOLUTION_M:g} um, "
-        f"the force {1e3 * LATE_TICKS * STEP:g} ms late."
+        f"the force {1e3 * LATE_S:g} ms late."
     )
     return Report(
         data,

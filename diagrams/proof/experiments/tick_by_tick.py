@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
+from mmt_drake.diagrams.proof.trial.sensor import Sensor
 from mmt_drake.diagrams.stations.environment import numbers_of
 from mmt_drake.diagrams.stations.estimators import KINDS, EstimatorOptions
 from mmt_drake.foreign import plant as foreign
@@ -93,6 +94,12 @@ def measured_along(
     deviation = np.repeat([noise.position, noise.velocity, noise.force], 3)
     measurement = np.hstack([motion, force]) + deviation * random.standard_normal((len(time), 9))
     return measurement, (motion[:, 2] < 0.0).astype(np.float64), force
+
+
+def behind_sensor(time: Array, force: Array, delay: float, lag: float) -> Array:
+    """A force (n, 3) at times (n,) behind a first-order low pass and a delay [s]."""
+    sensor = Sensor(lag=lag, delay=delay)
+    return np.column_stack([sensor.arrival(time, component, time) for component in force.T])
 
 
 def follow(

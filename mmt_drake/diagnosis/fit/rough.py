@@ -65,8 +65,11 @@ def rough_model(recording: Recording, structure: str | None = None) -> Model:
     )
     spread = np.ptp(moving[counts], axis=0) if counts.any() else np.zeros(1)
     if not spread.max() > 0.0:
-        still: dict[str, Model] = {"driven_body": DrivenBodyModel(m=1.0), "kelvin_voigt": KelvinVoigt(k=1.0)}
-        still["surface_contact"] = SurfaceContact(k=1.0, b=0.0)
+        still: dict[str, Model] = {
+            "driven_body": DrivenBodyModel(m=1.0),
+            "kelvin_voigt": KelvinVoigt(k=1.0),
+            "surface_contact": SurfaceContact(k=1.0, b=0.0),
+        }
         return still.get(structure, FlexibleBoxModel(in_plane=None))
     if structure == "surface_contact":
         return _surface_contact(smoothed, counts)

@@ -49,7 +49,7 @@ def test_all_contact_after_its_first_half_second_is_asked_of_three_plants(four) 
 def test_a_lab_s_sensors_read_in_steps_and_the_force_late() -> None:
     read = in_a_lab(np.linspace(0.0, 1e-3, 90).reshape(10, 9))
     np.testing.assert_allclose(read[:, :3] / RESOLUTION_M, np.round(read[:, :3] / RESOLUTION_M), atol=1e-9)
-    np.testing.assert_array_equal(read[2:, 6:], np.linspace(0.0, 1e-3, 90).reshape(10, 9)[:-2, 6:])
+    np.testing.assert_allclose(read[2:, 6:], np.linspace(0.0, 1e-3, 90).reshape(10, 9)[:-2, 6:], atol=1e-12)
 
 
 def test_the_bound_of_the_noise_stands_beside_the_object_at_the_percentile(four) -> None:
