@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
-from mmt_drake.diagrams.proof.experiments.late import late
 from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn, path_of
-from mmt_drake.diagrams.proof.experiments.tick_by_tick import measured_along
+from mmt_drake.diagrams.proof.experiments.tick_by_tick import behind_sensor, measured_along
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -25,7 +24,7 @@ def estimated(motion: str, seconds: float) -> tuple[FlexibleBoxModel, OutputErro
     model = replace(drawn(0), in_plane="vector")
     time, path = path_of(motion, seconds)
     measurement, contact, force = measured_along(time, path, model, NOISE, np.random.default_rng(3))
-    measurement[:, 6:] += late(force, DELAY, 0.0) - force
+    measurement[:, 6:] += behind_sensor(time, force, DELAY, 0.0) - force
     return model, estimate_output_error(measurement, contact, OPTIONS)
 
 

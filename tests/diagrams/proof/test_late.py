@@ -8,11 +8,11 @@ from mmt_drake.diagrams.proof.experiments.late import (
     SECONDS,
     STEP,
     LateCase,
-    late,
     late_table,
     report_of,
     run_case,
 )
+from mmt_drake.diagrams.proof.experiments.tick_by_tick import behind_sensor
 
 
 def test_an_object_of_foreign_physics_is_rendered_and_its_force_s_lateness_found() -> None:
@@ -24,7 +24,7 @@ def test_a_force_is_made_late_by_a_low_pass_and_a_delay() -> None:
     time = np.arange(500) * STEP
     force = np.sin(20.0 * time)[:, np.newaxis] * np.ones(3)
     _, passed, _ = lsim(TransferFunction([1.0], [0.008, 1.0]), force[:, 0], time)
-    made = late(force, 0.004, 0.008)
+    made = behind_sensor(time, force, 0.004, 0.008)
     np.testing.assert_allclose(made[4:, 1], passed[:-4], atol=1e-9)
     assert not made[:4].any()
 
