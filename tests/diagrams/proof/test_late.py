@@ -3,15 +3,7 @@
 import numpy as np
 from scipy.signal import TransferFunction, lsim
 
-from mmt_drake.diagrams.proof.experiments.late import (
-    LATENESS,
-    SECONDS,
-    STEP,
-    LateCase,
-    late_table,
-    report_of,
-    run_case,
-)
+from mmt_drake.diagrams.proof.experiments.late import LATENESS, SECONDS, STEP, LateCase, late_table, report_of, run_case
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import behind_sensor
 
 
