@@ -79,6 +79,7 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.first_model import fit
     from mmt_drake.diagnosis.fit.workers import workers
+    from mmt_drake.diagnosis.search.watch import Stage
     from mmt_drake.diagnosis.tell.first import save_first_model, with_first_model
     from mmt_drake.diagnosis.tell.provenance import Provenance
     from mmt_drake.diagnosis.tell.report_text import replayed
@@ -106,7 +107,7 @@ def main(arguments: argparse.Namespace) -> int:
         if blocks:
             from mmt_drake.diagnosis.decide.blocks import replay_blocks
 
-            show("block by block")
+            show(Stage("block by block"))
             replays = replay_blocks(recordings[0], blocks)
         outcome = diagnose(
             recordings, model, executor=executor, on_stage=show, on_answer=show.tell, time_budget=arguments.time_budget

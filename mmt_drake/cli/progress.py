@@ -14,6 +14,8 @@ from mmt_drake.errors import printable
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+    from mmt_drake.diagnosis.search.watch import Stage
+
 
 @contextmanager
 def progress(
@@ -70,12 +72,15 @@ class Stages:
 
     def __init__(self, bar: Progress | None) -> None:
         self._bar, self._begun = bar, time.perf_counter()
-        self._task = None if bar is None else bar.add_task("recordings", total=None)
+        self._task = None if bar is None else bar.add_task("", total=None, then="")
 
-    def __call__(self, what: str) -> None:
-        """Show what is being done now."""
-        if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, description=what, advance=1)
+    def __call__(self, stage: Stage) -> None:
+        """Show what is being done now, how far it is, and what may come after it."""
+        if self._bar is None or self._task is None:
+            return
+        then = f"{len(stage.then)} more stages at most" if len(stage.then) > 1 else "".join(stage.then)
+        then = f"(then {then})" if then else ""
+        self._bar.update(self._task, description=str(stage), completed=stage.done, total=stage.total or None, then=then)
 
     def tell(self, what: str) -> None:
         """Write a line that stays, with the time since the work began."""
@@ -86,14 +91,14 @@ class Stages:
 
 @contextmanager
 def working(description: str, seconds: float = math.inf) -> Iterator[Stages]:
-    """Shows on stderr what is being done, of work whose amount nobody knows, if stderr is a terminal.
+    """Shows on stderr what is being done, of work whose stages are known and not their length, if stderr is a terminal.
 
     Args:
         description: what all of it is.
         seconds: that it has; infinite: as long as it takes.
 
     Yields:
-        `show(what)`, to be called with what is being done now; `show.tell(what)` writes a line that stays.
+        `show(stage)`, to be called with what is being done now; `show.tell(what)` writes a line that stays.
     """
     if not sys.stderr.isatty():
         yield Stages(None)
@@ -101,7 +106,8 @@ def working(description: str, seconds: float = math.inf) -> Iterator[Stages]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn(description), BarColumn(), TextColumn("{task.completed:g} tried: {task.description}"))
     limit = () if math.isinf(seconds) else (TextColumn(f"of {seconds:g} s"),)
-    with Progress(*columns, TimeElapsedColumn(), *limit, console=Console(stderr=True), transient=True) as bar:
+    stage = BarColumn(20), TextColumn("{task.description}", markup=False), TextColumn("{task.fields[then]}")
+    columns = (TextColumn(description), TimeElapsedColumn(), *limit, *stage)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         yield Stages(bar)

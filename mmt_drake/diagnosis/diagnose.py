@@ -24,14 +24,15 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import workers
+from mmt_drake.diagnosis.on_surface import STAGES as SURFACE_STAGES
 from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
-from mmt_drake.diagnosis.search.name import search
+from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
-from mmt_drake.diagnosis.search.watch import NOTHING, OnStage, SearchSetup, Watch
+from mmt_drake.diagnosis.search.watch import NOTHING, OnAnswer, OnStage, SearchSetup, Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
 from mmt_drake.diagnosis.tell.prescribe import prescribe
@@ -58,6 +59,9 @@ CONTENDERS = 3
 NEAR = 1.5
 """Candidates that leave at most so many times as much as the best may have the block of an event for the fit."""
 
+_BEST, _MINIMUM = "what came out best, once more", "whether there is a better minimum"
+_SHAPE, _NEXT = "the shape of what is left", "what to record next"
+_STAGES = ("parameters", *LEVELS[:MOST_EFFECTS], _BEST, _MINIMUM, _SHAPE, _NEXT)
 _AT_BOUND = (
     "Fitted to the recordings, the model's {} ends {:g} times away from what was handed in, or is driven further: the "
     "model is too far from this system, or this recording says nothing of it. Nothing can be said of physics that may "
@@ -76,7 +80,7 @@ def diagnose(
     library: Iterable[Effect] | None = None,
     executor: Executor | None = None,
     on_stage: OnStage = lambda _: None,
-    on_answer: OnStage = lambda _: None,
+    on_answer: OnAnswer = lambda _: None,
     time_budget: float = math.inf,
 ) -> Outcome:
     """Say whether a model explains recordings, and if not, what physics it leaves out.
@@ -86,7 +90,7 @@ def diagnose(
         model: what the simulation believes in.
         library: effects that may be missing; by default all there are.
         executor: runs the fits; by default as many threads as there are processors.
-        on_stage: called with what is being tried.
+        on_stage: called with what is being done, how far it is and what may come after it.
         on_answer: called once in the search, with what is known when the likeliest effects have been fitted.
         time_budget: how long it may look for effects [s]; what it had no time for is listed (`Diagnosis.untried`).
 
@@ -117,11 +121,12 @@ def diagnose(
     model = cast(Model, said(prepared.problem, model, prepared.skew))
     every = LIBRARY.values() if library is None else library
     effects = [e.within(model) for e in every if e.name != "tabulated_force"]
-    watch = Watch(on_stage, time_budget, on_answer)
     session: SurfaceSession | _Session
     if isinstance(model, SurfaceContact):
+        watch = Watch(SURFACE_STAGES, on_stage, time_budget, on_answer)
         session = SurfaceSession(prepared, prepared.problem, model, effects, executor, watch)
     else:
+        watch = Watch(_STAGES, on_stage, time_budget, on_answer)
         session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, watch, Polish(executor))
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with threadpool_limits(limits=1, user_api="blas"):
@@ -145,7 +150,7 @@ class _Session:
     polish: Polish
 
     def run(self) -> Outcome:
-        self.watch.on_stage("parameters")
+        self.watch.begin("parameters")
         skew = self.prepared.skew
         nominal, refit = fit_base(self.problem, self.model, skew, self.executor)
         problem, fine = (
@@ -179,7 +184,7 @@ class _Session:
         found = gate.ranked(NoiseReference.of(problem), levels)
         standard, refit = _with_events(standard, refit, found)
         fine = standard.problem
-        self.watch.on_stage("what came out best, once more")
+        self.watch.begin(_BEST)
         first = contenders(found, CONTENDERS)
         polished = [f for f in self.polish(fine, first) if f is not None]
         believed = ConfidenceSet.of(
@@ -217,7 +222,7 @@ class _Session:
             judgement: without it.
             tried: sets of effects; a table that predicts worse than one of these is not delivered in its place.
         """
-        self.watch.on_stage("the shape of what is left")
+        self.watch.begin(_SHAPE)
         best, standard = judgement.best, judgement.standard
         shapes = tables(problem, problem.fit(best.hypothesis, best.x, steps=STEPS), self.executor)
         learned = worth_while(standard.problem, best, shapes)
@@ -240,7 +245,7 @@ class _Session:
         best, sure = self._agreed(standard.problem, believed, fits)
         if not best.hypothesis.effects:
             return None
-        self.watch.on_stage("whether there is a better minimum")
+        self.watch.begin(_MINIMUM)
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
         if standard.gain(refit, best) < gate.GAIN or not is_confirmed(standard.problem, refit, best, believed, fits):
             return None
@@ -305,7 +310,7 @@ class _Session:
         return all(any(f.code == "short" for f in check.findings) for check in self.prepared.preflights)
 
     def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
-        self.watch.on_stage("what to record next")
+        self.watch.begin(_NEXT)
         try:
             prescription = prescribe(explanations, self.prepared, self.executor)
         except MmtError as error:  # found on the accurate clock, and beyond the one that motions are sought on

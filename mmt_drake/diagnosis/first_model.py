@@ -23,7 +23,7 @@ from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagnosis.search.base import CONVERGED, STEPS
 from mmt_drake.diagnosis.search.in_plane import said
-from mmt_drake.diagnosis.search.watch import OnStage
+from mmt_drake.diagnosis.search.watch import OnStage, Stage
 from mmt_drake.diagnosis.tell.first import FirstModel, FirstNumber, Told
 from mmt_drake.errors import BadInput, attempt
 from mmt_drake.model.parameters import NORMAL, FlexibleBoxModel, NormalContact
@@ -50,6 +50,7 @@ _UNKNOWN_SURFACE = (
 _SPREAD = 0.9  # of that, on a logarithmic scale
 _NEAR = 0.98  # of a bound
 _APART = 0.1
+_PARAMETERS, _INTERVALS = "parameters", "intervals"
 
 
 def fit(
@@ -112,7 +113,7 @@ class _Search:
     def run(self, model: Model) -> FirstModel:
         minima: list[Fitted] = []
         for _ in range(ROUNDS):
-            self.on_stage("recordings")
+            self.on_stage(Stage("recordings", then=(_PARAMETERS, _INTERVALS)))
             prepared = prepare(self.recordings, model)
             if prepared.problem is None:
                 reason = prepared.reason or "Nothing in these recordings moves."
@@ -122,6 +123,7 @@ class _Search:
             hypothesis = replace(hypothesis, widened=frozenset(hypothesis.free))
             settled = minima and not at_bounds(minima[0])
             starts = [(hypothesis, f.x) for f in minima] if settled else self._begun(prepared.problem, hypothesis)
+            self.on_stage(Stage(_PARAMETERS, f"{len(starts)} minima", len(FUNNEL), 1 + len(FUNNEL), (_INTERVALS,)))
             minima = self._fitted(prepared.problem, starts)
             if settled and not at_bounds(minima[0]):
                 break
@@ -133,14 +135,14 @@ class _Search:
 
         With the skew free from the start, m, dampers and skew make up for each other: fits end with it at its bound.
         """
-        self.on_stage(f"parameters, from {STARTS} starts")
         nominal = hypothesis.structure_values(hypothesis.base())
         spread = 2.0 * qmc.LatinHypercube(len(nominal), seed=0).random(STARTS) - 1.0
         factors = FARTHEST ** (_SPREAD * spread)
         far = [{s: v * f for (s, v), f in zip(nominal.items(), row, strict=True)} for row in factors]
         clocked = replace(hypothesis, skew=0.0)
         starts = [(clocked, clocked.vector(values, {})) for values in (nominal, *far)]
-        for kept, steps in FUNNEL:
+        for level, (kept, steps) in enumerate(FUNNEL):
+            self.on_stage(Stage(_PARAMETERS, f"{len(starts)} starts", level, 1 + len(FUNNEL), (_INTERVALS,)))
             begun = sorted(problem.fits(starts, self.executor, steps=steps), key=lambda f: f.cost)
             starts = [(clocked, f.x) for f in _distinct(begun)[:kept]]
         return [(hypothesis, hypothesis.vector(clocked.structure_values(x), {})) for _, x in starts]
@@ -156,7 +158,7 @@ class _Search:
 
     def _told(self, prepared: Prepared, minima: Sequence[Fitted]) -> FirstModel:
         """The numbers on the fine clock, held against the noise that the best model makes of perfect data."""
-        self.on_stage("intervals")
+        self.on_stage(Stage(_INTERVALS))
         assert prepared.fine is not None  # nothing was refused
         fine = replace(prepared.fine, coarse=1.0, tracks=with_floors(prepared.fine.tracks, minima[0].model))
         nominal = _with_friction_said(fine, minima[0], prepared.skew)

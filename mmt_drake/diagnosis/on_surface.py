@@ -25,7 +25,7 @@ from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.base import fit_base
-from mmt_drake.diagnosis.search.surfaces import SurfaceSearch
+from mmt_drake.diagnosis.search.surfaces import MISSING, ONE_MORE, SMOOTHNESS, SurfaceSearch
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
@@ -34,6 +34,9 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.numeric.arrays import Array
 
+_BEST = "what came out best, once more"
+STAGES = ("parameters", SMOOTHNESS, MISSING, ONE_MORE, _BEST)
+"""Of the work."""
 _TOLD = 0.5
 """A stiffness is told if its interval is less than this part of it."""
 _NOT_LEVEL = (
@@ -64,7 +67,7 @@ class SurfaceSession:
 
     def run(self) -> Outcome:
         """The verdict, and all that it rests on."""
-        self.watch.on_stage("parameters")
+        self.watch.begin("parameters")
         skew = self.prepared.skew
         _, first = fit_base(replace(self.problem, coarse=1.0), self.model, skew, self.executor)
         own = replace(self.problem, coarse=1.0, tracks=with_floors(self.problem.tracks, first.model))
@@ -85,7 +88,7 @@ class SurfaceSession:
         scan, explained = SurfaceSearch(problem, refit, self.library, self.executor, self.watch).run()
         if not explained or explained[0].hypothesis.effects:  # what leaves nothing out cannot be simulated
             return refused(self.prepared, self.model, _NOT_LEVEL)
-        self.watch.on_stage("what came out best, once more")
+        self.watch.begin(_BEST)
         # What noise leaves of perfect data depends on the model: a stiff contact makes more of the same motion.
         best = min(explained, key=lambda e: e.unseen_cost)
         problem = _one_noise(

@@ -4,6 +4,7 @@ import io
 import sys
 
 from mmt_drake.cli.progress import working
+from mmt_drake.diagnosis.search.watch import Stage
 
 
 class Terminal(io.StringIO):
@@ -16,14 +17,20 @@ class Terminal(io.StringIO):
 def shown(monkeypatch, screen: io.StringIO) -> str:
     """What a screen shows of work that tells one thing."""
     monkeypatch.setattr(sys, "stderr", screen)
-    with working("work") as show:
-        show("first part")
+    with working("work", 60.0) as show:
+        show(Stage("first part", "the latest", 3, 12, ("second", "third")))
         show.tell("half is [known]")
     return screen.getvalue()
 
 
 def test_on_a_terminal_a_line_that_stays_says_after_how_long_it_was_known(monkeypatch):
     assert "after 0 s: half is [known]\n" in shown(monkeypatch, Terminal())
+
+
+def test_a_stage_says_how_far_it_is_and_what_is_left(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "160")
+    screen = shown(monkeypatch, Terminal())
+    assert "of 60 s" in screen and "first part, 3 of 12: the latest (then 2 more stages at most)" in screen
 
 
 def test_a_pipe_shows_nothing(monkeypatch):

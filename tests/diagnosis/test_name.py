@@ -13,9 +13,9 @@ from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.minima import prune, simplify
-from mmt_drake.diagnosis.search.name import search
+from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.starts import Seed, Start, all_starts
-from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
+from mmt_drake.diagnosis.search.watch import SearchSetup, Stage, Watch
 from mmt_drake.effects import LIBRARY, Scales
 
 NOMINAL = model(k2=480.0, b2=23.0)  # the spring 7 % and the damper 8 % off
@@ -36,7 +36,7 @@ class Searched:
     problem: Problem
     base: Fitted
     levels: list[list[Fitted]]
-    told: list[str]
+    told: list[Stage]
 
     def ratio(self, fitted: Fitted) -> float:
         return math.sqrt(fitted.cost / self.problem.samples())
@@ -52,9 +52,9 @@ def fitted_base(*effects, nominal=NOMINAL, seed=4) -> tuple[Problem, Fitted, Sca
 
 def searched(*effects, nominal=NOMINAL, library=SOME, threads=1, most=3, seed=4, watch=None) -> Searched:
     problem, base, scales = fitted_base(*effects, nominal=nominal, seed=seed)
-    told: list[str] = []
+    told: list[Stage] = []
     with ThreadPoolExecutor(threads) as executor:
-        setup = SearchSetup(problem, library, scales, executor, watch or Watch(told.append))
+        setup = SearchSetup(problem, library, scales, executor, watch or Watch(on_stage=told.append))
         levels = search(setup, base, enough=lambda f: f.cost <= ENOUGH**2 * problem.samples(), most=most)
     return Searched(problem, base, levels, told)
 
@@ -157,7 +157,9 @@ def test_every_number_of_effects_is_a_set_once(pair):
     for count, level in enumerate(pair.levels, start=1):
         keys = [fitted.hypothesis.key for fitted in level]
         assert len(set(keys)) == len(keys) and {len(key) for key in keys} == {count}
-    assert {"force_bias", "force_lag", "coulomb_friction", "nonlinear_stiffness"} <= set(pair.told)
+    alone = [stage for stage in pair.told if stage.name == LEVELS[0] and stage.now.startswith("a first look")]
+    assert {"force_bias", "force_lag", "coulomb_friction", "nonlinear_stiffness"} <= {s.now.split()[-1] for s in alone}
+    assert alone[-1].done == alone[-1].total > 4, "it says how far it is"
 
 
 def test_where_only_noise_is_left_nothing_is_gained():

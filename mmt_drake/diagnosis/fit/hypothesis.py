@@ -119,6 +119,11 @@ class Hypothesis:
         return tuple(effect.name for effect in self.effects)
 
     @property
+    def label(self) -> str:
+        """The names of the effects added, in one; empty for none."""
+        return " + ".join(self.names)
+
+    @property
     def key(self) -> frozenset[str]:
         """The set of the effects added."""
         return frozenset(self.names)

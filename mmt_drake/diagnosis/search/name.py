@@ -14,6 +14,8 @@ from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, s
 from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup
 
+LEVELS = ("one missing effect", "two missing effects", "three missing effects")
+"""What a search looks for, stage by stage."""
 _MOST_SEEDS = 4
 _FURTHER, _FURTHER_KEPT = 24, 2
 _SHARE = 0.5
@@ -42,7 +44,8 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
     tries = all_starts(origins, library, scales)
     seeds = [base]
     best_starts: dict[str, Start] = {}
-    for level in range(most):
+    for level, stage in enumerate(LEVELS[:most]):
+        setup.watch.begin(stage)
         with setup.watch.within(_SHARE):
             if level > 0:
                 parts = problem.eased(seeds[0])[:1]

@@ -49,9 +49,9 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     tried: set[str] = set()
     with watch.within(_LOOKING):
         # In the order of the starts, not of their ends: equals must come out the same whoever does the work.
-        for start, fitted in zip(tries, executor.map(Start.screened, tries), strict=True):
+        for done, (start, fitted) in enumerate(zip(tries, executor.map(Start.screened, tries), strict=True), 1):
             if fitted is not None:
-                watch.on_stage(" + ".join(fitted.hypothesis.names))
+                watch.did(f"a first look at {fitted.hypothesis.label}", done, len(tries))
                 screened = Screened(start, fitted)
                 found.setdefault((fitted.hypothesis.key, id(screened.start.seed.fitted)), []).append(screened)
             tried.add(start.name)
@@ -63,10 +63,11 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
     with watch.within(_SETTLING):  # those that promise most come first
-        for one, fit in zip(chosen, fits, strict=True):
+        for done, (one, fit) in enumerate(zip(chosen, fits, strict=True), 1):
             settled.setdefault(one.fitted.hypothesis.key, []).append((one.start, fit))
             if fit is not None:
-                watch.saw(" + ".join(fit.hypothesis.names), problem.left(fit))
+                watch.saw(fit.hypothesis.label, problem.left(fit))
+                watch.did(f"a second look at {fit.hypothesis.label}", done, len(chosen))
             if len(settled) == _FIRST:
                 watch.answer()
             if len(settled) >= _LEAST_SETTLED and watch.is_late():  # those that promise least are left
@@ -76,7 +77,7 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     fits = executor.map(Start.widened, *zip(*((start, problem, fit) for start, fit in best), strict=True))
     again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
     for s in again:
-        watch.saw(" + ".join(s.fitted.hypothesis.names), problem.left(s.fitted))
+        watch.saw(s.fitted.hypothesis.label, problem.left(s.fitted))
     return sorted(again, key=lambda s: s.fitted.cost)
 
 
@@ -133,6 +134,7 @@ def _all_fitted_on(setup: SearchSetup, fits: Sequence[Fitted], steps: int) -> li
     found: list[Fitted] = []
     for fitted in setup.executor.map(_fitted_on, [setup.problem] * len(fits), fits, [steps] * len(fits)):
         found.append(fitted)
+        setup.watch.did(f"in full {fitted.hypothesis.label}", len(found), len(fits))
         if setup.watch.is_late():
             break
     return found

@@ -17,6 +17,8 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.numeric.arrays import Array
 
+SMOOTHNESS, MISSING, ONE_MORE = "how smooth the surface is", "what is missing", "one more missing effect"
+"""What is done, stage by stage."""
 RUBBING = ("probe_slip", "coulomb_friction", "viscous_friction")
 """What may act along a surface, one of these."""
 TURNED = "frame_misalignment"
@@ -59,19 +61,21 @@ class SurfaceSearch:
         sets += rubbing[:-1]
         sets += [(TURNED, *rubs) for rubs in dict.fromkeys((rubbing[0], ()))] if TURNED in known else []
         begun = [self._begun(names, known) for names in sets]
+        self.watch.begin(MISSING)
         found = self._tried(scan, [(*start, self._level(scan.surface, start[0])) for start in begun])
         best = min(found, key=lambda e: e.unseen_cost, default=None)
         if best is not None and _left(scan, best) > _MORE:
+            self.watch.begin(ONE_MORE)
             found += self._tried(scan, [self._beside(scan, best, known[name]) for name in WITHIN if name in known])
         return scan, found
 
     def _tried(self, scan: Scan, starts: Sequence[tuple[Hypothesis, Array, Array]]) -> list[Explained]:
         """Sets of effects, as long as there is time, without those that cannot be simulated."""
         found: list[Explained] = []
-        names = [" + ".join(hypothesis.names) or NOTHING for hypothesis, *_ in starts]
+        names = [hypothesis.label or NOTHING for hypothesis, *_ in starts]
         results = self.executor.map(lambda start: attempt(scan.explained, *start), starts)
         for number, explained in enumerate(results):
-            self.watch.on_stage(names[number])
+            self.watch.did(names[number], number + 1, len(starts))
             if explained is not None:
                 found.append(explained)
                 self.watch.saw(names[number], _left(scan, explained))
@@ -107,10 +111,13 @@ class SurfaceSearch:
         def cost(scan: Scan) -> float:
             hypothesis, x = self._begun(names, known)
             found = scan.explained(hypothesis, x, self._level(scan.surface, hypothesis))
-            self.watch.on_stage(f"the shape of the surface, held smooth by {scan.surface.stiff:g}")
             return found.unseen_cost
 
-        costs = list(self.executor.map(cost, scans))
+        self.watch.begin(SMOOTHNESS)
+        costs = []
+        for scan, one in zip(scans, self.executor.map(cost, scans), strict=True):
+            costs.append(one)
+            self.watch.did(f"held smooth by {scan.surface.stiff:g}", len(costs), len(scans))
         return scans[int(np.argmin(costs))]
 
     def _begun(self, names: Sequence[str], known: dict[str, Effect]) -> tuple[Hypothesis, Array]:

@@ -5,34 +5,77 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.effects.effect import Effect, Scales
 
-OnStage = Callable[[str], None]
 NOTHING = "nothing"
 """The name of no effect at all."""
 _BEST_SHOWN = 5
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Where long work is.
+
+    Attributes:
+        name: what is being done.
+        now: which of it was last; empty at its beginning.
+        done, total: how many of these have been done, and how many there are; 0 and 0 where nobody knows.
+        then: stages that may come after it, in their order; a search that has found enough leaves some out.
+    """
+
+    name: str
+    now: str = ""
+    done: int = 0
+    total: int = 0
+    then: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """It in words."""
+        share = f", {self.done} of {self.total}" if self.total else ""
+        now = f": {self.now}" if self.now else ""
+        return f"{self.name}{share}{now}"
+
+
+OnStage = Callable[[Stage], None]
+OnAnswer = Callable[[str], None]
 
 
 class Watch:
     """The clock of a search.
 
     Args:
-        on_stage: called with what is being tried.
+        stages: of the work, in their order.
+        on_stage: called with each stage as it begins, and with what of it has been done.
         seconds: after so long nothing new is begun.
         on_answer: called once, with what is known when the first effects have been fitted.
     """
 
     def __init__(
-        self, on_stage: OnStage = lambda _: None, seconds: float = math.inf, on_answer: OnStage = lambda _: None
+        self,
+        stages: Sequence[str] = (),
+        on_stage: OnStage = lambda _: None,
+        seconds: float = math.inf,
+        on_answer: OnAnswer = lambda _: None,
     ) -> None:
-        self.on_stage = on_stage
-        self._on_answer: OnStage | None = on_answer
+        self._stages, self._on_stage, self._stage = tuple(stages), on_stage, Stage("")
+        self._on_answer: OnAnswer | None = on_answer
         self._end = time.monotonic() + seconds
         self._missed: dict[str, None] = {}
         self._left: dict[str, float] = {}
+
+    def begin(self, stage: str) -> None:
+        """Say that a stage begins."""
+        then = self._stages[self._stages.index(stage) + 1 :] if stage in self._stages else ()
+        self._stage = Stage(stage, then=then)
+        self._on_stage(self._stage)
+
+    def did(self, what: str, done: int, total: int) -> None:
+        """Say what has been done of the stage, as the latest of how many."""
+        self._stage = replace(self._stage, now=what, done=done, total=total)
+        self._on_stage(self._stage)
 
     def is_late(self) -> bool:
         """Whether the time is over."""

@@ -138,22 +138,18 @@ def curves(best: Fitted, ci: Sequence[tuple[float, float]]) -> tuple[FittedCurve
     return tuple(result)
 
 
-def _name(fitted: Fitted) -> str:
-    return " + ".join(fitted.hypothesis.names)
-
-
 def alternatives(
     best: Fitted, rivals: Sequence[Fitted], ranked: Sequence[Fitted], believed: ConfidenceSet, reasons: Reasons
 ) -> tuple[Alternative, ...]:
     """Rivals, sets that are equal by construction, and the next best with the reason why they are out."""
     errors = reasons.errors
-    result = [Alternative(_name(f), errors[f.hypothesis.key], True, reasons.of(f)) for f in rivals]
+    result = [Alternative(f.hypothesis.label, errors[f.hypothesis.key], True, reasons.of(f)) for f in rivals]
     known = {f.hypothesis.key for f in rivals}
     for names in equal_sets(best, believed.turning):
         if names not in known:
             result.append(Alternative(" + ".join(sorted(names)), None, True, "equal by construction"))
     behind = [f for f in ranked if f not in rivals and f.hypothesis.key != best.hypothesis.key][:5]
-    result += [Alternative(_name(f), errors[f.hypothesis.key], False, reasons.of(f)) for f in behind]
+    result += [Alternative(f.hypothesis.label, errors[f.hypothesis.key], False, reasons.of(f)) for f in behind]
     return tuple(result)
 
 
