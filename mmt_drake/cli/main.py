@@ -1,3 +1,4 @@
+# PYTHON_ARGCOMPLETE_OK
 """`mmt-drake`, the one program: finds the command, runs it, and tells every error in one line.
 
 examples:
@@ -125,6 +126,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     _open_streams()
     debug = "--debug" in arguments
+    if "_ARGCOMPLETE" in os.environ:
+        _complete()
     try:
         chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
         try:
@@ -158,6 +161,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             _let_go()
         where = f"{error.filename}: " if error.filename else ""
         return _fail(error, f"{where}found {error.strerror or error}, expected a file to read or write", debug)
+
+
+def _complete() -> None:
+    """Tell a shell how the line may go on, and end (argcomplete)."""
+    import argcomplete
+
+    chosen = next((word for word in os.environ.get("COMP_LINE", "").split()[1:] if word in COMMANDS), None)
+    argcomplete.autocomplete(parser(chosen))
 
 
 @contextmanager

@@ -40,7 +40,10 @@ WAIT = 60.0  # for the other side to be started [s]
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="a YAML file, or the name of a shipped scenario")
+    scenario = parser.add_argument(
+        "scenario", metavar="SCENARIO", help="a YAML file, or the name of a shipped scenario"
+    )
+    setattr(scenario, "completer", _scenarios)  # noqa: B010  # as argcomplete wants it; argparse knows no such attribute
     text = f"replay the probe motion of a recording, put onto the table; {SLIDERS}: a hand on sliders in the browser"
     parser.add_argument("--operator", metavar="REC", help=text)
     add_reading(parser)
@@ -70,6 +73,15 @@ def main(arguments: argparse.Namespace) -> int:
     _check_sides(arguments)
     _check_devices(arguments)
     return run(arguments)
+
+
+def _scenarios(prefix: str, **_: object) -> list[str]:
+    """What a shell offers for a scenario that begins so."""
+    from argcomplete.completers import FilesCompleter
+
+    from mmt_drake.diagrams.stations.scenario import shipped
+
+    return [*(name for name in shipped() if name.startswith(prefix)), *FilesCompleter(("yaml", "yml"))(prefix)]
 
 
 def _add_devices(parser: argparse.ArgumentParser) -> None:

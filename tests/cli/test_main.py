@@ -40,6 +40,23 @@ def test_help_lists_every_command_and_imports_nothing_slow() -> None:
     assert "examples:" in done.stdout and not done.stderr.strip()
 
 
+@pytest.mark.parametrize(
+    ("line", "offered"),
+    [
+        ("mmt-drake di", {"diagnose"}),
+        ("mmt-drake experiment la", {"late"}),
+        ("mmt-drake run --har", {"--hardware"}),
+        ("mmt-drake run setup1-e", {"setup1-everything"}),
+    ],
+)
+def test_a_shell_completes_the_line(line: str, offered: set[str], tmp_path: Path) -> None:
+    told = tmp_path / "offered"
+    shell = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_IFS": "\n", "_ARGCOMPLETE_SUPPRESS_SPACE": "1"}
+    where = {"COMP_LINE": line, "COMP_POINT": str(len(line)), "_ARGCOMPLETE_STDOUT_FILENAME": str(told)}
+    subprocess.run(PROGRAM, env=os.environ | shell | where, capture_output=True, check=True)
+    assert set(told.read_text().split()) == offered
+
+
 def test_alone_it_says_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0
     alone = capsys.readouterr()
