@@ -3,30 +3,55 @@
 NAME: of an experiment; `bench`, `bench-diagnosis`, `bench-pacing`, `bench-haptics` or `bench-faults`.
 """
 
+import platform
+import subprocess
 import sys
+import time
+from datetime import date
 from functools import partial
 from pathlib import Path
 
+from mmt_drake import __version__
 from mmt_drake.diagrams.proof.bench import GROUPS, bench_study
 from mmt_drake.diagrams.proof.experiments import study_of
 from mmt_drake.diagrams.proof.faults.table import faults_study
 from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.processors import processors
 
-PAGES = Path(__file__).resolve().parents[1] / "docs" / "figures"
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = ROOT / "docs" / "figures"
 BENCHES = {"bench": partial(bench_study, "quick"), "bench-faults": partial(faults_study, 2)}
 BENCHES |= {f"bench-{group}": partial(bench_study, group) for group in GROUPS if group != "quick"}
 OPTIONS = {"bench-faults": " --moments 2"}
+COUNTS = {"adequacy": 50, "late": 2, "fit": 20}
+"""Cases, where a page has another number than the experiment by itself."""
 
 
 def main(names: list[str]) -> None:
     """Run each and write its page."""
     for name in names:
         study = BENCHES[name]() if name in BENCHES else study_of(name)
-        report = study.run(Asked(Path("out") / name, jobs=processors()), lambda done: print(end=".", flush=True))
-        command = name.replace("-", " ") + OPTIONS.get(name, "") if name in BENCHES else f"experiment {name}"
+        asked = Asked(Path("out") / name, jobs=processors(), count=COUNTS.get(name))
+        begun = time.perf_counter()
+        report = study.run(asked, lambda done: print(end=".", flush=True))
+        option = OPTIONS.get(name, "") if asked.count is None else f" --count {asked.count}"
+        command = (name.replace("-", " ") if name in BENCHES else f"experiment {name}") + option
         PAGES.mkdir(exist_ok=True)
-        (PAGES / f"{name}.md").write_text(report.markdown(f"mmt-drake {command}"))
+        page = report.markdown(f"mmt-drake {command}") + "\n" + _made(time.perf_counter() - begun)
+        (PAGES / f"{name}.md").write_text(page)
+        print(f" {name}", flush=True)
+
+
+def _made(seconds: float) -> str:
+    """By what, when and in how long a page was made."""
+    commit = subprocess.run(
+        ["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    took = f"{seconds / 60.0:.0f} min" if seconds > 90.0 else f"{seconds:.0f} s"
+    return (
+        f"Written by the command above in {took} on {processors()} processors ({platform.machine()}), {date.today()}, "
+        f"version {__version__}, commit {commit}.\n"
+    )
 
 
 if __name__ == "__main__":
