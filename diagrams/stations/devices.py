@@ -124,6 +124,7 @@ class Hand(Closing):
         watched: as `SafetySupervisor` takes it.
         press: how long a press of the arm switch lasts [s]; `ARMING` where it brings an arm into control as well.
         clock: of readings and switches [s], never set.
+        supervisor_clock: of what the supervisor looks at; `clock` if None.
 
     Raises:
         BadInput: limits that cannot be kept at this period.
@@ -138,10 +139,12 @@ class Hand(Closing):
         *,
         press: float = 0.1,
         clock: Callable[[], float] = time.monotonic,
+        supervisor_clock: Callable[[], float] | None = None,
     ) -> None:
-        self._operator = OmegaOperator(device, period=period, clock=clock)
+        watch = clock if supervisor_clock is None else supervisor_clock
+        self._operator = OmegaOperator(device, period=period, clock=clock, supervisor_clock=watch)
         try:
-            self.switch = OperatorSwitch(period=period, press=press, clock=clock, on_arm=self._operator.request_forces)
+            self.switch = OperatorSwitch(period=period, press=press, clock=watch, on_arm=self._operator.request_forces)
             limits = device.table_limits()
             self.system = supervised(self._operator, limits, period=period, watched=watched, switch=self.switch)
         except BaseException:

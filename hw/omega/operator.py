@@ -10,10 +10,12 @@ from mmt_drake.closing import Closing
 from mmt_drake.hw.omega import frames
 from mmt_drake.hw.omega.device import OmegaDevice
 from mmt_drake.hw.omega.settings import OmegaSettings
+from mmt_drake.hw.omega.velocity import take_position, velocity_memory
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
 
 _FIRST_READINGS, _BETWEEN = 5, 2e-3  # [s]
+_LONGEST_READING = 0.5e-3  # [s] of which it is known well enough when it was; else the device's own velocity holds
 
 
 class OmegaOperator(LeafSystem, Closing):
@@ -35,12 +37,16 @@ class OmegaOperator(LeafSystem, Closing):
         - force
         output_ports:
         - motion
+        - reported_motion
         - device
 
     Ports:
 
     - `force` (3): rendered force [N], table frame.
     - `motion` (6): position [m] and velocity [m/s] of the hand, table frame; where it was last while a reading fails.
+      The velocity is that of the positions, which is not late (`mmt_drake.hw.omega.velocity`).
+    - `reported_motion` (6): the same with the velocity that the device reports, late by half of
+      `OmegaSettings.velocity_window`: for a supervisor, which holds the one against the other.
     - `device` (3): fault code (0: well; else `describe_fault`), time of the latest reading [s] by a clock that is never
       set, and 1 while the clutch holds the position (else 0).
 
@@ -50,6 +56,7 @@ class OmegaOperator(LeafSystem, Closing):
         settings: which device, and how it lies on the table.
         period: of the ticks [s].
         clock: of the readings [s].
+        supervisor_clock: by which the port `device` tells their times; `clock` if None.
 
     Raises:
         MissingDependency, DeviceError: as `OmegaDevice`.
@@ -61,26 +68,31 @@ class OmegaOperator(LeafSystem, Closing):
         *,
         period: float = 1e-3,
         clock: Callable[[], float] = time.monotonic,
+        supervisor_clock: Callable[[], float] | None = None,
     ) -> None:
         super().__init__()
         settings = OmegaSettings() if settings is None else settings
         self._motion, self._state = np.concatenate([settings.origin, np.zeros(3)]), np.zeros(frames.DEVICE_SIZE)
+        self._reported, self._positions = self._motion.copy(), velocity_memory()
         self._clutch, self._sent = np.zeros(frames.CLUTCH_SIZE), np.zeros(3)
         self._frame, self._clock = frames.frame_vector(settings), clock
+        self._told_clock = clock if supervisor_clock is None else supervisor_clock
         self._started, self._send_fault = False, 0
         # Compiles before the clock starts.
         parts = self._motion.copy(), self._state.copy(), self._clutch.copy()
         frames.take_reading(*parts, np.zeros(6), 0, False, 0.0, self._frame)
         frames.force_on_hand(self._state, self._clutch, np.zeros(3), self._frame, self._sent)
+        take_position(velocity_memory(), 0.0, np.zeros(6))
         #: The device itself, for its name, pose and what it says about forces.
         self.device = OmegaDevice(settings)
         for _ in range(_FIRST_READINGS):  # where the hand is now; the vendor's velocity wants two positions
-            self._take(self.device.read())
+            self._read_device()
             if self._state[0] == 0.0:
                 break
             time.sleep(_BETWEEN)
         (self._force,) = self.declare_inputs("force")
         self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(self._motion))
+        self.DeclareStateOutputPort("reported_motion", self.DeclareDiscreteState(self._reported))
         self.DeclareStateOutputPort("device", self.DeclareDiscreteState(self._state))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
@@ -98,16 +110,24 @@ class OmegaOperator(LeafSystem, Closing):
         if not self._started:  # the device's watchdog starts to count here, not while a diagram is built
             self._started = True
             fault = self.device.start()
-        self._take(self.device.read() or fault or self._send_fault)
+        self._read_device(fault)
         values = state.get_mutable_discrete_state()
         values.get_mutable_value(0)[:] = self._motion
-        values.get_mutable_value(1)[:] = self._state
+        values.get_mutable_value(1)[:] = self._reported
+        values.get_mutable_value(2)[:] = self._state
 
-    def _take(self, fault: int) -> None:
-        reading, clutched = self.device.reading, self.device.clutched
-        frames.take_reading(
-            self._motion, self._state, self._clutch, reading, fault, clutched, self._clock(), self._frame
-        )
+    def _read_device(self, earlier_fault: int = 0) -> None:
+        before = self._clock()
+        fault = self.device.read() or earlier_fault or self._send_fault
+        after = self._clock()
+        reading, clutched, told = self.device.reading, self.device.clutched, self._told_clock()
+        frames.take_reading(self._reported, self._state, self._clutch, reading, fault, clutched, told, self._frame)
+        self._motion[:] = self._reported
+        if self._state[0] == 0.0:
+            if after - before <= _LONGEST_READING:
+                take_position(self._positions, 0.5 * (before + after), self._motion)
+            if clutched:
+                self._motion[3:] = 0.0
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         try:

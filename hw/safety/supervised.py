@@ -27,7 +27,8 @@ def supervised(
     `safety` and `switch`.
 
     Args:
-        hand: an operator; a driver tells about itself on a port `device` (3).
+        hand: an operator; a driver tells about itself on a port `device` (3), and one whose velocity is its own
+            what the device reports on `reported_motion` (6), which the supervisor then sees.
         limits: of the supervisor.
         period: of its updates [s].
         watched: what must stay fresh, as `SafetySupervisor` takes it.
@@ -49,7 +50,8 @@ def supervised(
     if watched:
         builder.ExportInput(safety.GetInputPort("ages"), "ages")
     motion = hand.GetOutputPort("motion")
-    builder.Connect(motion, safety.GetInputPort("motion"))
+    reported = hand.GetOutputPort("reported_motion") if hand.HasOutputPort("reported_motion") else motion
+    builder.Connect(reported, safety.GetInputPort("motion"))
     if driver:
         builder.Connect(hand.GetOutputPort("device"), safety.GetInputPort("device"))
     builder.Connect(switch.GetOutputPort("switches"), safety.GetInputPort("switches"))

@@ -21,7 +21,7 @@ PATIENT = """import sys
 from mmt_drake.diagrams.stations.devices import Hand
 from mmt_drake.diagrams.proof.faults.patient_clock import PatientClock
 from mmt_drake.cli.main import main
-Hand.__init__.__kwdefaults__["clock"] = PatientClock()
+Hand.__init__.__kwdefaults__["supervisor_clock"] = PatientClock()
 sys.exit(main())"""
 
 

@@ -36,7 +36,7 @@ class Bench:
         self.arm = RemoteArm(replace(scenario.telerobot_device, address=franka.address, **settings), STEP)
         origin = tuple(self.arm.system.GetOutputPort("motion").Eval(self.arm.system.CreateDefaultContext())[:3])
         watched = {"arm": self.arm.oldest}
-        self.hand = Hand(replace(device, origin=origin), STEP, watched, press=ARMING, clock=PatientClock())
+        self.hand = Hand(replace(device, origin=origin), STEP, watched, press=ARMING, supervisor_clock=PatientClock())
         self.station = build_station(scenario, devices=Devices(self.hand, self.arm))
         self.simulator = Simulator(self.station.diagram)
 

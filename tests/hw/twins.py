@@ -126,7 +126,7 @@ def omega(request: pytest.FixtureRequest) -> Log:
     device.set(target_z=-0.01, swing_y=0.02, swing_hz=1.0)
     settings = OmegaSettings(device=0, velocity_window=0.002)
     with OmegaOperator(settings, clock=lambda: float(device.get("clock"))) as hand:
-        return _hold(Session(hand, STEP, own="in force, out device"), lambda: device.advance(STEP))
+        return _hold(Session(hand, STEP, own="in force, out device, out reported_motion"), lambda: device.advance(STEP))
 
 
 # ----------------------------------------------------------------------------------------------------------- telerobots

@@ -59,7 +59,7 @@ def _ticks(omega: EmulatedOmega, seconds: float, record: Path) -> Iterator[Measu
     omega.reset()
     omega.set(real_time=1.0, soft_start=1.5, target_z=-0.03, swing_y=0.02, swing_hz=0.5)
     omega.set(hand_stiffness=1500.0, hand_damping=30.0)
-    with Hand(scenario.operator_device, scenario.step, clock=PatientClock()) as hand:
+    with Hand(scenario.operator_device, scenario.step, supervisor_clock=PatientClock()) as hand:
         pace = _Answers(omega, hand)
         station = build_station(scenario, record=record, worker=True, devices=Devices(hand), pace=pace)
         with real_time_process(ProcessOptions()):

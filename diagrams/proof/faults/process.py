@@ -98,7 +98,7 @@ def try_peer_killed(omega: EmulatedOmega, children: ForkServerContext, moments: 
     allowed = longest = _TIMEOUT + STOP_WITHIN
     omega.reset()
     omega.set(real_time=1.0, target_z=-0.02, swing_x=0.01, swing_y=0.015, swing_z=0.004, swing_hz=2.3)
-    with Hand(_DEVICE, PERIOD, {"peer": _TIMEOUT}, clock=PatientClock()) as hand:
+    with Hand(_DEVICE, PERIOD, {"peer": _TIMEOUT}, supervisor_clock=PatientClock()) as hand:
         operator = _Operator(hand, omega, record)
         with operator.side, real_time_process(ProcessOptions()):
             for moment in range(moments):

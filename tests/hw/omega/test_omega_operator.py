@@ -38,7 +38,7 @@ def ports(system: System) -> dict[str, int]:
 def test_it_has_the_ports_of_a_simulated_hand_and_one_about_itself(omega: EmulatedOmega) -> None:
     with OmegaOperator(OmegaSettings(device=0)) as real:
         simulated = ScriptedOperator(scripted_motion("strokes"))
-        assert ports(real) == ports(simulated) | {"in force": 3, "out device": 3}
+        assert ports(real) == ports(simulated) | {"in force": 3, "out reported_motion": 6, "out device": 3}
         block = contract.documented_ports(OmegaOperator)
         assert block["name"] == "OmegaOperator"
         assert block["input_ports"] == contract.inputs(real) and block["output_ports"] == contract.outputs(real)
@@ -63,6 +63,21 @@ def test_the_force_sent_at_a_tick_answers_the_position_read_at_that_tick(rig: Om
         expected = -400.0 * z - 2.0 * vz if z < 0 else 0.0
         errors.append(abs(rig.omega.get("applied_z") - expected))
     assert rig.status[3] == 0.0 and max(errors) < 1e-9
+
+
+def test_the_hand_s_velocity_is_in_time_where_the_device_s_own_is_late(rig: OmegaRig) -> None:
+    rig.omega.set(swing_y=0.02, swing_hz=3.0)
+    rig.go(500)
+    told: dict[str, list] = {"motion": [], "reported_motion": []}
+    for _ in range(700):
+        rig.go(1)
+        context = rig.operator.GetMyContextFromRoot(rig.simulator.get_context())
+        for port, rows in told.items():
+            rows.append(rig.operator.GetOutputPort(port).Eval(context)[[1, 4]])
+    motion, reported = (np.array(rows) for rows in told.values())
+    true = (motion[2:, 0] - motion[:-2, 0]) / (2.0 * PERIOD)
+    late, in_time = (np.std(found[1:-1, 1] - true) / np.std(true) for found in (reported, motion))
+    assert in_time < 0.05 and late > 0.08
 
 
 def test_without_a_person_there_is_no_force_and_with_one_the_wall_holds_the_hand(rig: OmegaRig) -> None:

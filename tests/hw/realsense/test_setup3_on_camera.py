@@ -91,7 +91,7 @@ def outcome(
         "telerobot_device.hold_after=0.1",
         "telerobot_device.compensation={}",  # the emulated arm holds no probe
     ]
-    monkeypatch.setitem(Hand.__init__.__kwdefaults__, "clock", PatientClock())
+    monkeypatch.setitem(Hand.__init__.__kwdefaults__, "supervisor_clock", PatientClock())
     line = ["run", "setup3", "--hardware", "--loosened-limits", "--json", "--seconds", str(SECONDS)]
     line += ["--record", str(tmp_path / "out.mcap")]
     reading, writing = os.pipe()
