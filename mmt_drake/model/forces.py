@@ -107,13 +107,14 @@ def _compiled_numbers(p: Any) -> Any:
 @njit(error_model="numpy")
 def constants(p: Array) -> Constants:
     """A kernel vector in plain numbers."""
-    address, has_memory, smooth = 0, False, p[FS] == 0.0 and p[FD] == 0.0
+    address, has_memory, rubs = 0, False, False
     if p[LAWS] != 0.0:
         address = p.ctypes.data
         has_memory = remembers(address, LAW_TABLE)
         first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
-        smooth = smooth and first == end
-    numbers = (*_numbers(p), address, 1.0 / p[M], has_memory, smooth)
+        rubs = first != end
+    smooth = p[FS] == 0.0 and p[FD] == 0.0 and not rubs
+    numbers = (*_numbers(p), address, 1.0 / p[M], has_memory, rubs, smooth)
     return Constants(*numbers)
 
 

@@ -35,6 +35,7 @@ class Constants(NamedTuple):
             axis is a spring and a damper alone, and the sensor is not askew.
         inverse_mass: of the body alone [1/kg].
         remembers: a law on the body has a memory.
+        rubs: there are laws of friction.
         smooth: there is no set-valued friction.
     """
 
@@ -63,6 +64,7 @@ class Constants(NamedTuple):
     laws: int
     inverse_mass: float
     remembers: bool
+    rubs: bool
     smooth: bool
 
 

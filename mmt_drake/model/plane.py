@@ -52,7 +52,7 @@ def norm(along: float, across: float) -> float:
 def _pushed(body: BodyMotion, speed: float, s: float, around: Surroundings, p: Constants) -> Pushed:
     acting = forces(body, s, around, p)
     level = acting.sliding
-    if p.laws != 0:
+    if p.rubs:
         level = forces(BodyMotion(body.x, math.copysign(speed, body.mode), body.mode, body.q), s, around, p).sliding
     return Pushed(acting.drive * acting.inverse_mass, level * acting.inverse_mass, acting.rates, acting.decay)
 

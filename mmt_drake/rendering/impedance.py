@@ -10,7 +10,7 @@ from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import watch
 from mmt_drake.model.local_contact import Facet
 from mmt_drake.model.on_surface import advance_on, begin_on, put_facet
-from mmt_drake.model.parameters import B1, B2, K1, K2, LAWS, M, accurate_step
+from mmt_drake.model.parameters import LAWS
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.theta import TOO_STIFF as STIFF_THETA
 from mmt_drake.numeric.arrays import Array, assign
@@ -19,19 +19,7 @@ from mmt_drake.numeric.vectors import UP, dot, get
 from mmt_drake.rendering import updates
 from mmt_drake.rendering.finite import HOLD_S, LET_GO_S, all_finite, share_held
 from mmt_drake.rendering.held_body import bring, distance
-from mmt_drake.rendering.laws import (
-    COUNT,
-    DAMPING,
-    NO_LAWS,
-    NUMBER,
-    REFUSED,
-    RENDERED_SIZE,
-    STIFFNESS,
-    TOLD_SIZE,
-    adopt_laws,
-    align,
-    put_laws,
-)
+from mmt_drake.rendering.laws import adopt_laws, align
 from mmt_drake.rendering.status import (
     APPROACHING,
     NO_MODEL,
@@ -43,12 +31,13 @@ from mmt_drake.rendering.status import (
     UNSTABLE,
     WAITING,
 )
+from mmt_drake.told_laws import COUNT, NO_LAWS, NUMBER, REFUSED, TOLD_SIZE, VECTOR_SIZE, put_laws, step_with_laws
 
 # The memory.
 _next = Layout()
 _STATE = _next.part(box.STATE_SIZE)  # of the object
-_HELD = _next(RENDERED_SIZE)  # what is rendered, as a kernel vector with room for laws
-_TARGET = _next(RENDERED_SIZE)  # the latest good set, likewise
+_HELD = _next(VECTOR_SIZE)  # what is rendered, as a kernel vector with room for laws
+_TARGET = _next(VECTOR_SIZE)  # the latest good set, likewise
 _KNOWN = _next()  # 1 once a good set has arrived
 _RESERVE = _next()  # see `updates`
 _SINCE = _next(2)  # when the body came to where it is, along x and y
@@ -159,8 +148,7 @@ def _put_laws(known: Array, target: Array, firm: bool, least_step: float) -> flo
     if not firm:
         return NOT_FELT
     put_laws(known, target)
-    k1, b1 = target[K1] + target[STIFFNESS], target[B1] + target[DAMPING]
-    if accurate_step(target[M], k1, target[K2], b1, target[B2]) >= least_step:
+    if step_with_laws(target) >= least_step:
         return 0.0
     target[LAWS] = 0.0
     return TOO_FAST

@@ -36,27 +36,13 @@ from numba import njit
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import force_on_probe
-from mmt_drake.model.parameters import (
-    B1,
-    B2,
-    FD,
-    FS,
-    K1,
-    K2,
-    LAWS,
-    MAX_STEP,
-    NORMAL_B,
-    NORMAL_K,
-    VD,
-    InPlane,
-    M,
-    accurate_step,
-)
+from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, LAWS, MAX_STEP, NORMAL_B, NORMAL_K, VD, InPlane, M
 from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
-from mmt_drake.rendering.laws import DAMPING, STIFFNESS, add_laws, laws_apart, move_laws, soften_laws
+from mmt_drake.rendering.laws import add_laws, laws_apart, move_laws, soften_laws
+from mmt_drake.told_laws import step_with_laws
 
 
 @dataclass(frozen=True)
@@ -198,7 +184,7 @@ def renderer_rules(
 
 @njit(cache=True)
 def without_contact(target: Array, p: Array) -> None:
-    """Make `p` the body of a model, (RENDERED_SIZE,) each, that nothing connects with the probe, without its laws."""
+    """Make `p` the body of a model, (VECTOR_SIZE,) each, that nothing connects with the probe, without its laws."""
     assign(p, target)
     p[K2] = p[B2] = p[NORMAL_K] = p[NORMAL_B] = 0.0
     soften_laws(p, 0.0)
@@ -259,7 +245,7 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
 
     Args:
         state: of the object.
-        p, target: kernel vectors, (RENDERED_SIZE,), of what is rendered and of the latest set, with the same laws
+        p, target: kernel vectors, (VECTOR_SIZE,), of what is rendered and of the latest set, with the same laws
             (`laws.align`).
         reserve: energy that may be added [J]; only for that policy.
         rule: of the policy.
@@ -281,13 +267,11 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
         p[i] = target[i] if share * paid == 1.0 else p[i] + share * paid * (target[i] - p[i])
     for i in _BURNING_ENERGY:
         p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
-    k, b = 0.0, 0.0
     if p[LAWS] != 0.0:
         move_laws(p, target, share * paid)
-        k, b = p[STIFFNESS], p[DAMPING]
         if rule[RESERVE] > 0.0:  # between two sets of its numbers the energy of a law need not grow linearly
             left = reserve - (stored_energy(state, p) - before)
-    p[MAX_STEP] = min(rule[LONGEST_STEP], accurate_step(p[M], p[K1] + k, p[K2], p[B1] + b, p[B2]))
+    p[MAX_STEP] = min(rule[LONGEST_STEP], step_with_laws(p))
     return share * paid, min(left, rule[RESERVE])
 
 

@@ -11,9 +11,10 @@ from mmt_drake.model.parameters import InPlane
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, drop_laws, render_on
-from mmt_drake.rendering.laws import NO_LAWS, NUMBER, told_by, told_by_bytes
+from mmt_drake.rendering.laws import told_by_bytes
 from mmt_drake.rendering.updates import Policy, renderer_rules
 from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.told_laws import NO_LAWS, NUMBER, told_by
 
 ProbeInput = Literal["moved", "placed"]
 

@@ -100,7 +100,7 @@ class OutputErrorEstimator(KernelSystem):
         self._under_way: Future[Knowledge] | None = None
         self._begun, self._no_fit = 0.0, False
         known = learner.beginning()
-        initial = initial_readout(self._settings, known)
+        initial = initial_readout(self._settings, known, chosen.laws)
         self.declare_inputs("measurement", "in_contact", "reading", "stamp", optional=("reading", "stamp"))
         self.declare_state_readout(PORT_SIZES, initial, chosen.step)
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))

@@ -6,9 +6,12 @@ from functools import cache
 import numpy as np
 
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.model.parameters import MAX_STEP, BoxParameters, FlexibleBoxModel
+from mmt_drake.model.plane_call import planar
+from mmt_drake.model.theta import adopt_theta
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.told_laws import NO_LAWS, VECTOR_SIZE, put_laws, step_with_laws
 
 STEP = 1e-3
 OBJECT = FlexibleBoxModel(BoxParameters(m=0.8, k1=60.0, k2=700.0, b1=20.0, b2=30.0, Fc=0.4))
@@ -45,14 +48,12 @@ def assert_settles_by_itself(theta: Array) -> None:
         assert np.roots([normal_b, normal_k]).real < 0.0 if normal_b > 0.0 else normal_k > 0.0
 
 
-def free_running_error(theta: Array, seen: Contact, start: float = 0.0) -> float:
-    """Error of the force of one theta, running freely from rest, over the force's RMS, from `start` [s] on."""
-    from mmt_drake.model.parameters import KERNEL_SIZE
-    from mmt_drake.model.plane_call import planar
-    from mmt_drake.model.theta import adopt_theta
-
-    p = np.zeros(KERNEL_SIZE)
+def free_running_error(theta: Array, seen: Contact, start: float = 0.0, laws: Array = NO_LAWS) -> float:
+    """Error of the force of one theta and laws, running freely from rest, over the force's RMS, from `start` [s] on."""
+    p = np.zeros(VECTOR_SIZE)
     assert adopt_theta(theta, np.inf, 1e-5, planar("vector"), p)
+    put_laws(laws, p)
+    p[MAX_STEP] = step_with_laws(p)
     n = len(seen.time)
     n_force, body = np.empty((n, 3)), np.empty((n, 4))
     motion = contact_motion(n)

@@ -14,9 +14,10 @@ from mmt_drake.model_files import with_effects
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.numeric.vectors import UP
 from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, READOUT_SIZES, drop_laws, render_on
-from mmt_drake.rendering.laws import NO_LAWS, RENDERED_SIZE, align, told_by, told_by_bytes
+from mmt_drake.rendering.laws import align, told_by_bytes
 from mmt_drake.rendering.status import APPROACHING, NOT_FELT, RENDERING, TOO_FAST, UNKNOWN_MODEL
 from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, RateLimited, rule
+from mmt_drake.told_laws import NO_LAWS, VECTOR_SIZE, told_by
 
 BOX = FlexibleBoxModel(BoxParameters(m=0.8, k1=20.0, b1=9.0, Fc=0.2))
 AT = sum(PORT_SIZES.values())
@@ -121,7 +122,7 @@ def test_a_message_that_is_refused_leaves_the_last_good_one_and_says_why():
 
 
 def test_a_law_that_stays_keeps_its_share_its_memory_and_its_numbers_when_another_one_enters():
-    p, target, state = np.zeros(RENDERED_SIZE), np.zeros(RENDERED_SIZE), np.zeros(box.STATE_SIZE)
+    p, target, state = np.zeros(VECTOR_SIZE), np.zeros(VECTOR_SIZE), np.zeros(box.STATE_SIZE)
     bodies = box.BODY + np.array([0, AXIS_SIZE])
     laws = {name: with_effects(BOX, [{"name": n, "parameters": v} for n, v in some], "test").kernel_vector()
             for name, some in (("one", [LOOP]), ("two", [LATE, LOOP]))}  # fmt: skip

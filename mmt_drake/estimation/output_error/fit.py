@@ -32,10 +32,11 @@ from mmt_drake.estimation.output_error.unknowns import (
     theta_of,
 )
 from mmt_drake.estimation.output_error.window import FORCE, Window
-from mmt_drake.model.parameters import KERNEL_SIZE, MAX_STEP
+from mmt_drake.model.parameters import MAX_STEP
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.least_squares import Minimum, minimise, stay
+from mmt_drake.told_laws import NO_LAWS, VECTOR_SIZE, put_laws, step_with_laws
 
 COARSE = 3.0
 """Integration steps are so much longer than accuracy asks for; what that adds is below 1e-4 of the force."""
@@ -87,6 +88,7 @@ class Objective:
         planar: of a kernel vector (`mmt_drake.model.plane_call.planar`).
         pull: (UNKNOWNS,) slope of what is minimised beside, see `slope_of_noise`.
         untold: (UNKNOWNS,) kept as they are known: all that noise alone tells, of samples that tell nothing else.
+        laws: (TOLD_SIZE,) beside the numbers that are sought (`mmt_drake.told_laws`).
         replays: of every object that was simulated.
     """
 
@@ -99,6 +101,7 @@ class Objective:
     planar: float = 0.0
     pull: Array = field(default_factory=lambda: np.zeros(UNKNOWNS))
     untold: Flags = field(default_factory=lambda: np.zeros(UNKNOWNS, dtype=bool))
+    laws: Array = field(default_factory=lambda: NO_LAWS)
     replays: dict[tuple[bytes, Stick], ReplayedWindow] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -162,13 +165,14 @@ class Objective:
         if key in self.replays:
             return self.replays[key]
         window, n = self.window, len(self.window)
-        p = np.zeros(KERNEL_SIZE)
+        p = np.zeros(VECTOR_SIZE)
         theta = theta_of(x, stick, np.ones(2))
         if not adopt_theta(theta, math.inf, LEAST_STEP, self.planar, p):
             raise MmtError("the object is too stiff for a fit")
-        p[MAX_STEP] *= COARSE
+        put_laws(self.laws, p)
+        p[MAX_STEP] = COARSE * step_with_laws(p)
         force, state = np.zeros((2, max(0, n - 1) * self.parts + 1)), self.start.of(x)
-        position, rate = window.motion[:, :2].T.copy(), window.motion[:, 3:5].T.copy()
+        position, rate = window.motion[:, :3].T.copy(), window.motion[:, 3:].T.copy()
         try:
             replay_window(self.h, self.parts, position, rate, window.contact, window.switch, p, state.ravel(), force)
         except RuntimeError as error:

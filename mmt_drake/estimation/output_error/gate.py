@@ -18,11 +18,12 @@ from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import KERNEL_SIZE, PLANAR
+from mmt_drake.model.parameters import MAX_STEP, PLANAR
 from mmt_drake.model.plane_call import planar
 from mmt_drake.model.regrouping_equations import regroup
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, assign
+from mmt_drake.told_laws import NO_LAWS, TOLD_SIZE, VECTOR_SIZE, put_laws, step_with_laws
 
 _MOVING = 1e-3  # [m/s]: a probe that moves
 _LONGEST_GAP_S = 0.2
@@ -36,11 +37,12 @@ def settings(options: OutputErrorOptions) -> LearningSettings:
     return LearningSettings(options.step, options.ticks, limit, rows, planar(options.in_plane))
 
 
-def initial_readout(fixed: LearningSettings, known: Knowledge) -> Array:
-    """Outputs and memory before the first sample: what is known then is handed over from the start."""
+def initial_readout(fixed: LearningSettings, known: Knowledge, laws: Array = NO_LAWS) -> Array:
+    """Outputs and memory before the first sample; what is known, with laws (TOLD_SIZE,), is handed over at once."""
     readout = np.zeros(at.READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
     readout[at.MEMORY][at.HISTORY] = initial_history()
-    readout[at.MEMORY][at.P + PLANAR] = fixed.planar
+    memory = readout[at.MEMORY]
+    memory[at.P + PLANAR], memory[at.LAWS : at.LAWS + TOLD_SIZE] = fixed.planar, laws
     hand_over(readout, known)
     readout[at.STATUS] = Status.FREE
     return readout
@@ -50,9 +52,12 @@ def hand_over(readout: Array, known: Knowledge) -> None:
     """Put out what is known, and go on with it; a theta that cannot be integrated is passed over."""
     readout[at.MODEL_STATUS], readout[at.RESIDUAL] = known.adequacy.status, known.adequacy.left
     readout[at.LATE], theta = known.lateness, known.theta
-    p = readout[at.MEMORY][at.P : at.P + KERNEL_SIZE]
+    memory = readout[at.MEMORY]
+    p = memory[at.P : at.P + VECTOR_SIZE]
     if not adopt_theta(theta, math.inf, 0.0, p[PLANAR], p):
         return
+    put_laws(memory[at.LAWS : at.LAWS + TOLD_SIZE], p)
+    p[MAX_STEP] = step_with_laws(p)
     readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, known.deviation, 1.0
     readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), known.held
 
@@ -89,7 +94,7 @@ def tick(
         fixed: `settings`.
     """
     memory = readout[at.MEMORY]
-    state, p = memory[at.STATE : at.STATE + box.STATE_SIZE], memory[at.P : at.P + KERNEL_SIZE]
+    state, p = memory[at.STATE : at.STATE + box.STATE_SIZE], memory[at.P : at.P + VECTOR_SIZE]
     finite = math.isfinite(in_contact)
     for i in range(9):
         finite = finite and math.isfinite(sample[i])

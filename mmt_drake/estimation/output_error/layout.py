@@ -6,8 +6,9 @@ from typing import NamedTuple
 from mmt_drake.estimation.output_error.frozen_signal import SIZE as HISTORY_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import HELD_SIZE
-from mmt_drake.model.parameters import FORCE_LATENESS, KERNEL_SIZE, THETA
+from mmt_drake.model.parameters import FORCE_LATENESS, THETA
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.told_laws import TOLD_SIZE, VECTOR_SIZE
 
 
 class Status(IntEnum):
@@ -52,7 +53,8 @@ HISTORY = _next.part(HISTORY_SIZE)
 GOOD = _next(6)  # the motion that was believed last
 LARGEST = _next(3)  # of the force along each axis
 SUM, TICKS, OK, STAMPED = map(_next, (9, 1, 4, 1))  # the sample of the fit in the making
-P = _next(KERNEL_SIZE)
+P = _next(VECTOR_SIZE)
+LAWS = _next(TOLD_SIZE)  # beside what is told
 STATE = _next(box.STATE_SIZE)
 SEEN = _next(9)  # position, velocity and what the force sensor itself reads
 COUNT = _next()  # samples that wait to be taken

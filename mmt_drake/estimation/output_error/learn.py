@@ -56,7 +56,7 @@ class Learner:
         self._bank: FilterBank = filter_bank(self.h, options.ticks)
         self._capacity = round(options.window / self.h)
         self._threads = ThreadpoolController()
-        self._planar = planar(options.in_plane)
+        self._planar, self._laws = planar(options.in_plane), options.laws
 
     def beginning(self) -> Knowledge:
         """Nothing but the prior."""
@@ -151,6 +151,7 @@ class Learner:
             self._planar,
             -float(np.count_nonzero(comparable(known.window, self.h)[:, :2])) / known.noise**2 * known.noise_slope,
             np.isfinite(known.noise_share) & known.rests,
+            self._laws,
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:

@@ -4,7 +4,10 @@ from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
 from mmt_drake.model.parameters import InPlane
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness
+from mmt_drake.told_laws import NO_LAWS, told_by
 
 
 @dataclass(frozen=True)
@@ -54,9 +57,12 @@ class OutputErrorOptions(Checked):
         window: how much is fitted at once [s]; of what is older its information is kept.
         memory: time in which that information fades to 1/e [s].
         in_plane: whether friction is one vector, F = -Fc v/|v|, or that of each axis, as in the thesis.
+        effects: laws that the object is known to have beside the numbers that are sought, as those of a renderer
+            (`mmt_drake.model_message`).
 
     Raises:
-        BadInput: a value that is out of range.
+        BadInput: a value that is out of range; an effect that is unknown, not to be felt or has values that it does
+            not allow.
     """
 
     step: Annotated[float, Quantity("s", 1e-5, 0.05)] = 0.001
@@ -67,9 +73,19 @@ class OutputErrorOptions(Checked):
     window: Annotated[float, Quantity("s", 2.0, 300.0)] = 30.0
     memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
     in_plane: InPlane = "vector"
+    effects: tuple[ToldEffect, ...] = ()
     tells: ClassVar = ("held_body", "model_status")
 
     CALLED: ClassVar = "output-error estimator"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _ = self.laws
+
+    @property
+    def laws(self) -> Array:
+        """(TOLD_SIZE,) the effects, as kernels of this process take them."""
+        return told_by(ModelMessage(UNKNOWN_THETA, effects=self.effects)) if self.effects else NO_LAWS
 
     @property
     def ticks(self) -> int:

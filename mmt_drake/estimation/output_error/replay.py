@@ -2,9 +2,9 @@
 
 from numba import njit
 
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, contact_force
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, contact_force, touch
 from mmt_drake.model.forces import Surroundings, constants, level_spring
-from mmt_drake.model.hermite import Cubic, cubic, position_at
+from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.tangential import advance_object
 from mmt_drake.numeric.arrays import Array
 
@@ -26,10 +26,10 @@ def replay_window(
     Args:
         h: time between samples [s].
         parts: ticks from one sample to the next; the body is advanced from tick to tick, as a plant would be.
-        probe, probe_rate: (2, n) of the probe along x and y, in the middle of each sample [m], [m/s].
+        probe, probe_rate: (3, n) of the probe in the middle of each sample [m], [m/s].
         contact: (n,) 0 or 1.
         switch: (n,) where the contact differs from the sample before: the share of h from that one to the change.
-        p: kernel vector without laws.
+        p: kernel vector.
         state: (2 AXIS_SIZE,) of the body in the middle of the first sample, advanced to that of the last.
         force: (2, (n - 1) parts + 1) to be filled with the force on the probe at each tick [N]; 0 off contact.
 
@@ -39,17 +39,18 @@ def replay_window(
     c = constants(p)
     spring = level_spring(c)
     both = (spring, spring, c, p.ctypes.data, len(p))
-    level = Cubic(0.0, 0.0, 0.0, 0.0)  # without laws the height does not matter
     force[:] = 0.0
     n = len(contact)
     if n > 0 and contact[0] != 0.0:
         for i in range(2):
             along = Cubic(probe[i, 0], probe_rate[i, 0], 0.0, 0.0)
+            level = Cubic(probe[2, 0], probe_rate[2, 0], 0.0, 0.0)
             around = Surroundings(along, level, state[AXIS_SIZE * i + ANCHOR], True, 0.0, spring)
             force[i, 0] = contact_force(state, AXIS_SIZE * i, around, 0.0, c)
     for k in range(1, n):
         along = cubic(probe[0, k - 1], probe_rate[0, k - 1], probe[0, k], probe_rate[0, k], h)
         across = cubic(probe[1, k - 1], probe_rate[1, k - 1], probe[1, k], probe_rate[1, k], h)
+        level = cubic(probe[2, k - 1], probe_rate[2, k - 1], probe[2, k], probe_rate[2, k], h)
         touching, later = contact[k - 1] != 0.0, contact[k] != 0.0
         change = switch[k] * h if touching != later else 2.0 * h
         for j in range(parts):
@@ -57,8 +58,8 @@ def replay_window(
             if change <= end:
                 advance_object(state, 0, s, max(s, change), along, across, level, touching, 0.0, *both)
                 if later:
-                    state[ANCHOR] = position_at(along, change) - state[POSITION]
-                    state[AXIS_SIZE + ANCHOR] = position_at(across, change) - state[AXIS_SIZE + POSITION]
+                    touch(state, 0, along, change, c)
+                    touch(state, AXIS_SIZE, across, change, c)
                 touching, s, change = later, max(s, change), 2.0 * h
             advance_object(state, 0, s, end, along, across, level, touching, 0.0, *both)
             if touching:

@@ -1,0 +1,37 @@
+"""An estimator that is told a law of the object finds the numbers beside it; one that is not bends them."""
+
+import numpy as np
+import pytest
+from hand_and_box import OBJECT, contact, free_running_error
+
+from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error.offline import estimate_output_error
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model_files import with_effects
+from mmt_drake.model_message import ToldEffect
+from mmt_drake.numeric.arrays import Array
+
+CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
+LATE_SPRING = ToldEffect("viscoelastic_relaxation", {"k_maxwell": 300.0, "tau": 0.1})
+BRISTLES = ToldEffect("presliding_friction", {"sigma0": 2000.0, "sigma1": 0.0, "Fs": 0.4, "v_s": 0.01})
+
+
+def found(effect: ToldEffect, *told: ToldEffect) -> tuple[Array, float]:
+    """The numbers that are found of an object with an effect by who is told some, and how far their force is off."""
+    seen = contact(model=with_effects(OBJECT, [{"name": effect.name, "parameters": effect.parameters}], "test"))
+    options = OutputErrorOptions(effects=told)
+    theta = estimate_output_error(seen.measurement, seen.in_contact, options).theta[-1]
+    return theta, free_running_error(theta, seen, laws=options.laws)
+
+
+@pytest.mark.parametrize("effect", [CUBIC, LATE_SPRING, BRISTLES], ids=lambda effect: effect.name)
+def test_numbers_beside_a_known_law_are_found_and_the_force_is_the_object_s(effect: ToldEffect) -> None:
+    theta, off = found(effect, effect)
+    _, far_off = found(effect)
+    np.testing.assert_allclose(theta[:5], OBJECT.theta()[:5], rtol=0.05)
+    assert off < 0.01 and far_off > 5.0 * off
+
+
+def test_a_law_that_may_not_be_felt_is_refused() -> None:
+    with pytest.raises(BadInput, match="force_bias"):
+        OutputErrorOptions(effects=(ToldEffect("force_bias", {"f0": 0.1}),))
