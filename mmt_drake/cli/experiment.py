@@ -25,6 +25,7 @@ late: a force that is measured late, behind a delay and a low pass: whether the 
 coverage: how often the truth lies within two of the deviations that the free-running estimator tells.
 objects: a hundred objects drawn at random; --estimator rls: the thesis's; --anisotropic: objects of two materials.
 plants: the free-running estimator on plants that share no physics with it, sensors that are late, a surface elsewhere.
+device: an emulated haptic device in the hand, tick by tick: its encoders, its limits, the arm behind them.
 network: a play-out buffer against jitter, loss and reordering, beside constant delays.
 passivity: adversaries that try to get more energy out of the shipped renderers than they put in; --count: how many.
 updates: how new parameters are taken up; the jumps of the force and the energy that this makes.

@@ -1,10 +1,9 @@
 """The estimator whose model runs freely, as a system."""
 
-from concurrent.futures import Future, ThreadPoolExecutor
-
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
+from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, LearningSettings, Status
@@ -81,11 +80,14 @@ class OutputErrorEstimator(KernelSystem):
       `estimated_force` is that of the object, which is not late.
     - `readout` (49 and the memory, whose size depends on the options): the eleven above in that order, then the memory.
 
+    Attributes:
+        fits: the process that makes them; None: they are made in the run.
+
     Args:
         options: `OutputErrorOptions`; `step` is the period of the discrete update.
-        worker: compute fits in a thread, for a run in real time. A fit that is not done in time is handed over with the
-            next period; one that fails is left out, and the next samples are tried. The Context then is not all there
-            is, and must not be cloned.
+        worker: compute fits in a process of their own, for a run in real time. A fit that is not done in time is handed
+            over with the next period; one that fails is left out, and the next samples are tried. The Context then is
+            not all there is, and must not be cloned.
     """
 
     def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False) -> None:
@@ -93,13 +95,11 @@ class OutputErrorEstimator(KernelSystem):
         chosen = OutputErrorOptions() if options is None else options
         self._settings: LearningSettings = settings(chosen)
         self._learner = learner = Learner(chosen)
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="estimator") if worker else None
-        if self._worker is not None:
-            # Its thread begins now: in the run it would take the loop's priority and processor.
-            self._worker.submit(int)
-        self._under_way: Future[Knowledge] | None = None
+        # It begins now: in the run it would take the loop's priority and processor.
+        self.fits = FitProcess(chosen) if worker else None
         self._begun, self._no_fit = 0.0, False
         known = learner.beginning()
+        self._told = known.told
         initial = initial_readout(self._settings, known, chosen.laws)
         self.declare_inputs("measurement", "in_contact", "reading", "stamp", optional=("reading", "stamp"))
         self.declare_state_readout(PORT_SIZES, initial, chosen.step)
@@ -108,7 +108,8 @@ class OutputErrorEstimator(KernelSystem):
         first = chosen.latency - 0.5 * chosen.step
         self.DeclarePeriodicUnrestrictedUpdateEvent(chosen.latency, first, self._learn)
         self.compile_kernels()
-        learner.compile()
+        if self.fits is None:
+            learner.compile()
 
     def _step(self, t: float, readout: Array, *inputs: Array) -> None:
         measurement, contact, reading, stamp = inputs
@@ -118,22 +119,27 @@ class OutputErrorEstimator(KernelSystem):
             readout[STATUS] = Status.NO_FIT
 
     def _learn(self, context: Context, state: State) -> None:
+        if self.fits is not None:
+            self._take_up(self.fits, context.get_time(), state)
+            return
         known: Knowledge = context.get_abstract_state(self._knowledge).get_value()
-        failed = False
-        if self._under_way is not None:
-            if not self._under_way.done():
-                self._no_fit |= context.get_time() - self._begun > _PATIENCE
-                return
-            self._no_fit = failed = self._under_way.exception() is not None  # whatever it was, the run goes on
-            if not failed:
-                known = self._under_way.result()
         readout = state.get_mutable_discrete_state().get_mutable_value()
-        hand_over(readout, known)
-        samples, broken = take_samples(readout, self._settings)
-        broken |= failed  # its samples are gone
-        if self._worker is not None:
-            self._begun = context.get_time()
-            self._under_way = self._worker.submit(self._learner.learned, known, samples, broken)
-        else:
-            known = self._learner.learned(known, samples, broken)
+        hand_over(readout, known.told)
+        known = self._learner.learned(known, *take_samples(readout, self._settings))
         state.get_mutable_abstract_state(int(self._knowledge)).set_value(known)
+
+    def _take_up(self, beside: FitProcess, t: float, state: State) -> None:
+        """Hand over the fit that is done, if any, and have the next one made."""
+        failed = False
+        if beside.under_way:
+            if not beside.is_done():
+                self._no_fit |= t - self._begun > _PATIENCE
+                return
+            told = beside.result()
+            failed = told is None
+            self._told = self._told if told is None else told
+        readout = state.get_mutable_discrete_state().get_mutable_value()
+        hand_over(readout, self._told)
+        samples, broken = take_samples(readout, self._settings)
+        self._begun = t
+        self._no_fit = not beside.submit(samples, broken or failed) or failed

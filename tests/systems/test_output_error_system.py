@@ -1,8 +1,11 @@
 """The output-error estimator as a system: the same numbers as over a recording, at a latency that is stated."""
 
+import gc
 import os
-import threading
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +15,17 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
+from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.realtime import ProcessOptions, real_time_process
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 
+KILLED = """import os
+from mmt_drake.estimation.output_error.beside import FitProcess, OutputErrorOptions
+fits = FitProcess(OutputErrorOptions())
+print(fits.process.pid, flush=True)
+os.kill(os.getpid(), 9)"""
 PERIOD = round(OutputErrorOptions(step=STEP).latency / STEP)
 
 
@@ -70,10 +79,29 @@ def test_a_worker_that_keeps_up_gives_the_same_numbers(simulated) -> None:
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor is all there is")
 def test_a_worker_stays_off_the_processor_that_the_loop_has_for_itself() -> None:
-    before, others = os.sched_getaffinity(0), set(threading.enumerate())
-    diagram, _ = wired(worker=True)
+    before = os.sched_getaffinity(0)
+    diagram, estimator = wired(worker=True)
     simulator = Simulator(diagram)
     with real_time_process(ProcessOptions(cpu=min(before))):
         simulator.AdvanceTo(2.5 * PERIOD * STEP)
-    (worker,) = set(threading.enumerate()) - others
-    assert worker.native_id is not None and os.sched_getaffinity(worker.native_id) == before
+    assert estimator.fits is not None and os.sched_getaffinity(estimator.fits.process.pid) == before
+
+
+def test_the_process_of_the_fits_ends_with_the_estimator_and_with_the_program() -> None:
+    fits = FitProcess(OutputErrorOptions(step=STEP))
+    process = fits.process
+    assert process.poll() is None
+    del fits
+    gc.collect()
+    assert process.wait(5.0) == 0
+    killed = subprocess.run([sys.executable, "-c", KILLED], capture_output=True, text=True, check=False)
+    pid, until = int(killed.stdout), time.monotonic() + 5.0
+    while runs(pid) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not runs(pid)
+
+
+def runs(pid: int) -> bool:
+    """Whether there is a process that has not ended, be it that nobody has asked how."""
+    stat = Path(f"/proc/{pid}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"

@@ -18,6 +18,7 @@ MODULES: Final = {
     "passivity": "passivity",
     "cloud": "cloud_report",
     "fit": "first_models",
+    "device": "device",
     **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }
 """Name -> the module here that has it among its `STUDIES`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -19,7 +19,8 @@ from mmt_drake.diagrams.proof.studies.study import Asked, Progress, unheard
 from mmt_drake.diagrams.stations.estimators import estimator_name
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.scenario import Scenario, operator_name, updates_name
-from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.stations.site import Devices
+from mmt_drake.diagrams.stations.station import Station, build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.network.parameters import usual_delay
@@ -138,8 +139,24 @@ def run_cases(
     return {case.name: case for case in results_of(tasks, asked.jobs, progress)}
 
 
-def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | None = None) -> MeasuredRun:
+def run_case(
+    name: str,
+    scenario: Scenario,
+    file: Path,
+    operator: Recording | None = None,
+    *,
+    devices: Devices = Devices(),
+    play: Callable[[Station], object] = Station.simulate,
+) -> MeasuredRun:
     """Run one scenario into a recording and measure that.
+
+    Args:
+        name: of the case.
+        scenario: what is built.
+        file: for the recording.
+        operator: a recording that replaces the scenario's hand.
+        devices: in the place of what simulates them.
+        play: runs the station.
 
     Raises:
         BadInput: the scenario cannot be built, the file not be written, or the run has nothing to measure; nothing
@@ -147,11 +164,11 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
     """
     delay_s = usual_delay(scenario.to_telerobot, scenario.step)
     with replacing(file) as temporary:
-        station = build_station(scenario, record=temporary, operator=operator)
+        station = build_station(scenario, record=temporary, operator=operator, devices=devices)
         assert station.recorder is not None  # it was asked for
         with whole_or_none(station.recorder.file, file):
             start = time.perf_counter()
-            station.simulate()
+            play(station)
             wall_s = time.perf_counter() - start
         recording = replace(load(temporary), source=str(file))
         metrics = measure(recording, delay_s=delay_s)
@@ -161,7 +178,7 @@ def run_case(name: str, scenario: Scenario, file: Path, operator: Recording | No
     return MeasuredRun(
         name=name,
         scenario=scenario,
-        operator=operator_name(scenario, operator),
+        operator=operator_name(scenario, operator) if devices.hand is None else devices.hand.name,
         recording=file,
         metrics=metrics,
         settled=settled,

@@ -1,8 +1,5 @@
-"""The estimator's thread dies in the midst of a run: the hand goes on with what was known, and a person hears of it."""
+"""The process of the estimator's fits dies in a run: the hand goes on with what was known, and a person hears of it."""
 
-import ctypes
-import logging
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,31 +17,24 @@ _SEEN_AFTER = 1.2  # [s] of the run until it must be known
 
 
 def rows(moments: int, folder: Path) -> Iterator[Row]:
-    """An error out of the blue in the thread, between fits or in one."""
-    log = logging.getLogger("concurrent.futures")  # which tells of every thread that it loses
-    log.disabled = True
-    try:
-        yield try_dead_worker(emulated_omega(folder), moments, folder / "worker.mcap")
-    finally:
-        log.disabled = False
+    """It is killed between fits or in one."""
+    yield try_dead_worker(emulated_omega(folder), moments, folder / "worker.mcap")
 
 
 def try_dead_worker(omega: EmulatedOmega, moments: int, record: Path) -> Row:
-    """A run each. An error in a fit ends that fit, one between two fits ends the thread."""
+    """A run each."""
     rng, tally = np.random.default_rng(0), Tally(FORCE)
     for moment in range(moments):
-        before = set(threading.enumerate())
         with Session(omega, record) as session:
             tally.armed(session, moment)
             session.go(int(rng.integers(0, 300)))
-            time.sleep(float(rng.uniform(0.0, 0.01)))  # wherever the thread is by then
+            time.sleep(float(rng.uniform(0.0, 0.01)))  # wherever the process is by then
             start = session.tick
             tally.begin(session)
-            hit = sum(_strike(thread) for thread in threading.enumerate() if _is_worker(thread, before))
+            fits = session.station.diagram.GetSubsystemByName("estimator").fits
+            fits.process.kill()
             session.go(round(_SEEN_AFTER / PERIOD))
             tally.goes_on(session, moment)
-        if not hit:
-            tally.wrong.append(f"{moment}: no thread was struck")
         tally.recorded(session, record)
         recorded = load(record)
         if Status.NO_FIT not in recorded["estimator_status"][start:]:
@@ -53,12 +43,3 @@ def try_dead_worker(omega: EmulatedOmega, moments: int, record: Path) -> Row:
         if not (np.isfinite(theta).all() and (theta > 0.0).all()):
             tally.wrong.append(f"{moment}: theta is {theta}")
     return tally.row("estimator's worker dead", "worker", moments)
-
-
-def _is_worker(thread: threading.Thread, before: set[threading.Thread]) -> bool:
-    return thread.name.startswith("estimator") and thread not in before
-
-
-def _strike(thread: threading.Thread) -> int:
-    """Have Python raise an error in a thread, at whatever it does next."""
-    return ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(MemoryError))

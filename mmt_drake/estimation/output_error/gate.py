@@ -12,7 +12,7 @@ from numba import njit
 
 from mmt_drake.estimation.output_error import layout as at
 from mmt_drake.estimation.output_error.frozen_signal import STILL_S, initial_history, watch
-from mmt_drake.estimation.output_error.knowledge import Knowledge
+from mmt_drake.estimation.output_error.knowledge import Knowledge, Told
 from mmt_drake.estimation.output_error.layout import LearningSettings, Status
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
@@ -43,23 +43,23 @@ def initial_readout(fixed: LearningSettings, known: Knowledge, laws: Array = NO_
     readout[at.MEMORY][at.HISTORY] = initial_history()
     memory = readout[at.MEMORY]
     memory[at.P + PLANAR], memory[at.LAWS : at.LAWS + TOLD_SIZE] = fixed.planar, laws
-    hand_over(readout, known)
+    hand_over(readout, known.told)
     readout[at.STATUS] = Status.FREE
     return readout
 
 
-def hand_over(readout: Array, known: Knowledge) -> None:
+def hand_over(readout: Array, told: Told) -> None:
     """Put out what is known, and go on with it; a theta that cannot be integrated is passed over."""
-    readout[at.MODEL_STATUS], readout[at.RESIDUAL] = known.adequacy.status, known.adequacy.left
-    readout[at.LATE], theta = known.lateness, known.theta
+    readout[at.MODEL_STATUS], readout[at.RESIDUAL] = told.status, told.left
+    readout[at.LATE], theta = told.lateness, told.theta
     memory = readout[at.MEMORY]
     p = memory[at.P : at.P + VECTOR_SIZE]
     if not adopt_theta(theta, math.inf, 0.0, p[PLANAR], p):
         return
     put_laws(memory[at.LAWS : at.LAWS + TOLD_SIZE], p)
     p[MAX_STEP] = step_with_laws(p)
-    readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, known.deviation, 1.0
-    readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), known.held
+    readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, told.deviation, 1.0
+    readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), told.held
 
 
 def take_samples(readout: Array, fixed: LearningSettings) -> tuple[Array, bool]:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -19,7 +19,44 @@ from mmt_drake.estimation.output_error.unknowns import (
     theta_of,
 )
 from mmt_drake.estimation.output_error.window import Window
+from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model.parameters import FORCE_LATENESS, THETA
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.layout import Layout
+
+
+class Told(NamedTuple):
+    """What a fit hands over.
+
+    Attributes:
+        theta: in the order of `mmt_drake.model.parameters.THETA`.
+        deviation: standard deviations of theta.
+        lateness: how late the force is, in the order of `FORCE_LATENESS` [s].
+        held: where friction holds the body (`mmt_drake.model.held_body`).
+        status: a `ModelStatus`.
+        left: residual over its noise.
+    """
+
+    theta: Array
+    deviation: Array
+    lateness: Array
+    held: Array
+    status: float
+    left: float
+
+    def vector(self) -> Array:
+        """All of it, one after the other."""
+        return np.concatenate([*self[:_NUMBERS], self[_NUMBERS:]])
+
+    @classmethod
+    def from_vector(cls, vector: Array) -> Self:
+        """What `vector` has made."""
+        parts = vector[_THETA], vector[_DEVIATION], vector[_LATENESS], vector[_HELD]
+        return cls(*parts, float(vector[-2]), float(vector[-1]))
+
+
+_NUMBERS = 4  # of its parts are arrays
+_THETA, _DEVIATION, _LATENESS, _HELD = map(Layout().part, (len(THETA), len(THETA), len(FORCE_LATENESS), HELD_SIZE))
 
 
 @dataclass(frozen=True)
@@ -77,6 +114,12 @@ class Knowledge:
     def rests(self) -> bool:
         """Whether the samples say next to nothing of the object."""
         return bool(np.all(self.noise_share[OBJECT] > MOST_NOISE))
+
+    @property
+    def told(self) -> Told:
+        """What is handed over."""
+        adequacy = self.adequacy
+        return Told(self.theta, self.deviation, self.lateness, self.held, float(adequacy.status), adequacy.left)
 
     @property
     def theta(self) -> Array:

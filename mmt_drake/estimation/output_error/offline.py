@@ -97,7 +97,7 @@ def estimate_output_error(
     out = np.empty((len(data), at.READOUT_SIZE))
     every = options.samples_per_fit * options.ticks
     for first in range(0, len(data), every):
-        hand_over(readout, known)
+        hand_over(readout, known.told)
         known = learner.learned(known, *take_samples(readout, fixed))
         _ticks(data, raw, contact, times, (first, min(first + every, len(data))), readout, fixed, out)
     return OutputErrorTrace(

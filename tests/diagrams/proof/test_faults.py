@@ -1,12 +1,12 @@
 """Kinds of fault, a moment or two each: what must fall falls, what goes on goes on; else it is seen."""
 
 import importlib.util
-import logging
 import math
 import socket
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mmt_drake.diagrams.proof.faults import camera, network, process, recording, viewer, worker
@@ -15,7 +15,7 @@ from mmt_drake.diagrams.proof.faults.network import KINDS, LinkFault
 from mmt_drake.diagrams.proof.faults.session import FORCE, Session
 from mmt_drake.diagrams.proof.faults.wires import at_once
 from mmt_drake.errors import BadInput, MissingDependency
-from mmt_drake.estimation.output_error import learn
+from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.realsense.faults import STALE, WELL
 from mmt_drake.systems.recorder import McapRecorder
@@ -105,10 +105,7 @@ def test_a_recorder_that_keeps_its_trouble_to_itself_would_be_seen(
     assert any("nothing was reported" in line for line in row.wrong)
 
 
-def test_without_its_estimators_thread_the_hand_goes_on_and_it_is_told(
-    omega: EmulatedOmega, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(logging.getLogger("concurrent.futures"), "disabled", True)
+def test_without_the_process_of_its_fits_the_hand_goes_on_and_it_is_told(omega: EmulatedOmega, tmp_path: Path) -> None:
     row = worker.try_dead_worker(omega, 1, tmp_path / "a.mcap")
     assert not row.wrong, "\n".join(row.wrong)
 
@@ -120,19 +117,17 @@ def test_fits_that_fail_are_told_and_tried_again(
     from mmt_drake.estimation.output_error.layout import Status
     from mmt_drake.recording import load
 
-    failed, learned = [0], learn.Learner.learned
+    asked, submit = [0], FitProcess.submit
 
-    def once(self: learn.Learner, *known: object) -> object:
-        if failed[0] < 3:
-            failed[0] += 1
-            raise MemoryError
-        return learned(self, *known)  # type: ignore[arg-type]
+    def spoiled(self: FitProcess, samples: np.ndarray, broken: bool) -> bool:
+        asked[0] += 1
+        return submit(self, samples[:, 1:] if asked[0] < 4 else samples, broken)
 
-    monkeypatch.setattr(learn.Learner, "learned", once)
+    monkeypatch.setattr(FitProcess, "submit", spoiled)
     with Session(omega, tmp_path / "a.mcap") as session:
         session.go(900)
     status = load(tmp_path / "a.mcap")["estimator_status"]
-    assert failed[0] == 3 and (status == Status.NO_FIT).any() and status[-1] != Status.NO_FIT
+    assert asked[0] > 4 and (status == Status.NO_FIT).any() and status[-1] != Status.NO_FIT
 
 
 @pytest.mark.parametrize("kind", viewer.KINDS)

@@ -1,0 +1,35 @@
+"""A device in the hand: the velocity of its positions is what the rendered force needs, the vendor's is late."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+# In a process of its own, which loads a library of its own.
+PROGRAM = """
+import sys
+from pathlib import Path
+from mmt_drake.diagrams.proof.experiments.device import cases, run_on_device
+from mmt_drake.diagrams.proof.studies.study import Asked
+from mmt_drake.hw.omega import operator
+
+folder = Path(sys.argv[1])
+for longest in (operator._LONGEST_READING, -1.0):  # of the latter none is short enough
+    operator._LONGEST_READING = longest
+    run = run_on_device("foreign", cases(Asked(folder, seconds=16.0))["foreign"], folder / "device.mcap")
+    assert run.operator.startswith("emulated omega")
+    print(run.metrics.stages["error_rest_true"].tangential["all"])
+"""
+
+
+@pytest.mark.skipif(importlib.util.find_spec("forcedimension_core") is None, reason="no extra `omega`")
+def test_velocity_from_positions_halves_the_error_of_the_device_s_own(checkout: Path, tmp_path: Path) -> None:
+    environ = {**os.environ, "PYTHONPATH": os.pathsep.join([str(checkout), os.environ.get("PYTHONPATH", "")])}
+    line = [sys.executable, "-c", PROGRAM, str(tmp_path)]
+    done = subprocess.run(line, env=environ, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    in_time, late = map(float, done.stdout.split())
+    assert in_time < 0.03 and late > 2.0 * in_time, (in_time, late)
