@@ -21,22 +21,35 @@ def velocities(times, positions):
     return found
 
 
-def test_a_cubic_has_its_slope_at_the_last_reading_however_late_readings_are() -> None:
+def test_a_parabola_has_its_slope_at_the_last_reading_however_late_readings_are() -> None:
     rng = np.random.default_rng(0)
     t = 5.0 + np.cumsum(rng.uniform(0.5e-3, 2e-3, 60))
     s, axes = t - 5.0, np.array([1.0, -2.0, 0.5])
-    x = np.outer(0.3 * s - 4.0 * s**2 + 30.0 * s**3, axes)
-    v = np.outer(0.3 - 8.0 * s + 90.0 * s**2, axes)
-    np.testing.assert_allclose(velocities(t, x)[30:], v[30:], atol=1e-9)
+    x, v = np.outer(0.3 * s - 4.0 * s**2, axes), np.outer(0.3 - 8.0 * s, axes)
+    np.testing.assert_allclose(velocities(t, x)[15:], v[15:], atol=1e-9)
 
 
-@pytest.mark.parametrize(("hertz", "off"), [(1.0, 0.001), (3.6, 0.002), (10.0, 0.025)])
-def test_a_hand_s_velocity_is_not_late(hertz: float, off: float) -> None:
-    t, w = STEP * np.arange(2000), 2.0 * np.pi * hertz
-    x = np.outer(0.01 * np.sin(w * t), np.ones(3))
-    found = velocities(t, x)[100:, 0]
-    true = 0.01 * w * np.cos(w * t)[100:]
-    assert np.sqrt(np.mean((found - true) ** 2)) < off * np.sqrt(np.mean(true**2))
+@pytest.mark.parametrize(("hertz", "off"), [(1.0, 0.001), (3.6, 0.005), (10.0, 0.04)])
+def test_a_hand_s_velocity_is_hardly_late(hertz: float, off: float) -> None:
+    assert abs(response(hertz) - 1.0) < off
+
+
+def test_no_motion_is_amplified_so_much_that_a_damper_of_a_hundred_sings() -> None:
+    """By Nyquist: a handle and a hand of 0.4 kg and 8 N s/m on 600 N/m, and a damper that answers two ticks later."""
+    assert max(abs(response(hertz)) for hertz in np.linspace(5.0, 450.0, 90)) < 1.6
+    w = 2.0 * np.pi * np.linspace(20.0, 450.0, 400)
+    arm = 1j * w / (600.0 - 0.4 * w**2 + 8j * w)
+    loop = np.array([response(hertz) for hertz in w / (2.0 * np.pi)]) * arm * np.exp(-2e-3j * w)
+    crosses = np.flatnonzero((loop.imag[:-1] * loop.imag[1:] < 0.0) & (loop.real[:-1] < 0.0))
+    assert len(crosses) and 100.0 * np.abs(loop.real[crosses]).max() < 1.0
+
+
+def response(hertz: float) -> complex:
+    """What is told of a sine over its velocity."""
+    t, w = STEP * np.arange(40), 2.0 * np.pi * hertz
+    turning = np.exp(1j * w * t)
+    parts = velocities(t, np.stack([turning.real, turning.imag, np.zeros(40)], axis=1))[-1]
+    return complex(parts[0], parts[1]) / (1j * w * turning[-1])
 
 
 def test_steps_of_the_encoders_leave_a_millimetre_a_second() -> None:
@@ -61,7 +74,7 @@ def test_readings_at_random_times_never_have_more_noise_than_is_said() -> None:
     t = np.cumsum(rng.choice([1e-4, 1e-3, 2e-3, 15e-3], 4000))
     found = velocities(t, rng.normal(0.0, 1e-6, (4000, 3)))
     own = found[found[:, 0] != REPORTED]
-    assert len(own) > 2000 and own.std() < MOST_NOISE * 1e-6
+    assert len(own) > 1500 and own.std() < MOST_NOISE * 1e-6
 
 
 def test_more_readings_than_there_is_room_for_push_out_the_oldest() -> None:
