@@ -11,10 +11,15 @@ from mmt_drake.cli.main import main
 from mmt_drake.cli.trial import diagnose_case
 from mmt_drake.effects import LIBRARY, SOURCES, register_file
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error.beside import FitProcess
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model_files import model_data, save_model
+from mmt_drake.model_message import ToldEffect
 
 OWN = Path(__file__).with_name("own_effect.py").read_text()
+PASSIVE = "law=quintic, passive=ALWAYS,"
 MODEL = """structure: kelvin_voigt
 parameters: {k: 100, b: 0}
 effects: [{name: quintic_stiffness, parameters: {k5: 1e9}}]
@@ -64,6 +69,14 @@ def test_its_model_travels_to_a_process_that_has_not_read_the_file(own, tmp_path
     read += "m.kernel_vector(); print(m.additions.laws[0].values)"
     done = subprocess.run([sys.executable, "-c", read, tmp_path / "model.pickle"], capture_output=True, text=True)
     assert done.stdout.startswith("(2.0,)"), done.stderr
+
+
+def test_the_process_of_an_estimator_s_fits_reads_the_file_too(own):
+    own.write_text(f"from mmt_drake.effects.passivity import ALWAYS\n{OWN}".replace("law=quintic,", PASSIVE))
+    register_file(own)
+    fits = FitProcess(OutputErrorOptions(effects=(ToldEffect("quintic_stiffness", {"k5": 1e9}),)))
+    assert fits.submit(np.zeros((0, SAMPLE_SIZE)), broken=False)
+    assert fits.result() is not None
 
 
 def test_a_case_of_a_trial_finds_it_and_its_model_names_the_file_which_it_does_not_run(own, tmp_path, capsys):

@@ -15,6 +15,7 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
+from mmt_drake.effects.library import SOURCES, register_file
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.knowledge import Told
 from mmt_drake.estimation.output_error.learn import Learner
@@ -24,7 +25,7 @@ from mmt_drake.numeric.arrays import Array
 
 _READY = "ready"
 _PROGRAM = "from mmt_drake.estimation.output_error.beside import serve; serve({})"
-_ENDS_WITHIN = 1.0  # [s]
+_BEGINS_WITHIN, _ENDS_WITHIN = 300.0, 1.0  # [s], of which most is for what has yet to be compiled
 
 
 class FitProcess:
@@ -52,10 +53,13 @@ class FitProcess:
         self._news.register(self._line.fileno(), select.POLLIN)
         self.under_way = False
         try:
-            self._line.send(options)
-            self._line.recv()
+            files = {SOURCES[effect.name] for effect in options.effects if effect.name in SOURCES}
+            self._line.send((sorted(files), options))
+            begun = self._line.poll(_BEGINS_WITHIN) and self._line.recv() == _READY
         except (OSError, EOFError):
-            raise MmtError("estimator: the process for its fits ended at its beginning") from None
+            begun = False
+        if not begun:
+            raise MmtError("estimator: the process for its fits did not begin (its own words stand above)")
 
     def submit(self, samples: Array, broken: bool) -> bool:
         """Ask for a fit with new samples, as of `Learner.learned`; False: the process has ended."""
@@ -94,7 +98,10 @@ def serve(handle: int) -> None:
     """Learn until the line at a file handle ends: the main function of the process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a person's Ctrl-C is the loop's
     with suppress(OSError, EOFError), Connection(handle) as line:
-        learner = Learner(line.recv())
+        files, options = line.recv()
+        for file in files:
+            register_file(file)
+        learner = Learner(options)
         learner.compile()
         known = learner.beginning()
         line.send(_READY)
