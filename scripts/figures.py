@@ -29,6 +29,8 @@ COUNTS = {"adequacy": 50, "late": 2, "fit": 20}
 
 def main(names: list[str]) -> None:
     """Run each and write its page."""
+    describe = ["git", "-C", ROOT, "describe", "--always", "--dirty"]
+    commit = subprocess.run(describe, capture_output=True, text=True, check=True).stdout.strip()
     for name in names:
         study = BENCHES[name]() if name in BENCHES else study_of(name)
         asked = Asked(Path("out") / name, jobs=processors(), count=COUNTS.get(name))
@@ -37,16 +39,13 @@ def main(names: list[str]) -> None:
         option = OPTIONS.get(name, "") if asked.count is None else f" --count {asked.count}"
         command = (name.replace("-", " ") if name in BENCHES else f"experiment {name}") + option
         PAGES.mkdir(exist_ok=True)
-        page = report.markdown(f"mmt-drake {command}") + "\n" + _made(time.perf_counter() - begun)
+        page = report.markdown(f"mmt-drake {command}") + "\n" + _made(time.perf_counter() - begun, commit)
         (PAGES / f"{name}.md").write_text(page)
         print(f" {name}", flush=True)
 
 
-def _made(seconds: float) -> str:
+def _made(seconds: float, commit: str) -> str:
     """By what, when and in how long a page was made."""
-    commit = subprocess.run(
-        ["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True, check=True
-    ).stdout.strip()
     took = f"{seconds / 60.0:.0f} min" if seconds > 90.0 else f"{seconds:.0f} s"
     return (
         f"Written by the command above in {took} on {processors()} processors ({platform.machine()}), {date.today()}, "

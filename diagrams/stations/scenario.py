@@ -13,6 +13,7 @@ from mmt_drake.diagrams.stations.environment import Environment, ForeignBox
 from mmt_drake.diagrams.stations.estimators import EstimatorOptions
 from mmt_drake.diagrams.stations.hands import Interactive, Recorded, Scripted
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection, Renderer
+from mmt_drake.diagrams.stations.shipped import SCENARIOS, shipped
 from mmt_drake.diagrams.stations.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
@@ -22,8 +23,6 @@ from mmt_drake.network.config import ChannelConfig
 from mmt_drake.recording import Recording
 from mmt_drake.surfaces import Shape
 from mmt_drake.typed_yaml import fill, override, parse, read_text
-
-SCENARIOS = Path(__file__).parent / "scenarios"
 
 _GREATEST_SEED = 2**52  # seeds of parts are added to it, and counted in float64 by some
 
@@ -141,11 +140,6 @@ def updates_name(scenario: Scenario) -> str | None:
 def loosened(scenario: Scenario) -> tuple[Option, ...]:
     """Options of the scenario's devices that are looser than shipped; what is simulated has none."""
     return tuple(option for at in _DEVICES for option in looser_options(attrgetter(at)(scenario), at))
-
-
-def shipped() -> list[str]:
-    """Names of the scenarios that come with the project."""
-    return sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
 def load_scenario(

@@ -38,6 +38,7 @@ from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
 from mmt_drake.recording.two_recordings import DELAY
 from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.viewer.viewer import Viewer
 
@@ -102,6 +103,9 @@ class Station:
         with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
             if self.recorder is not None:  # a person may end a run; an error leaves an older recording as it was
                 closing.callback(self.recorder.close, whole=kind in (None, KeyboardInterrupt))
+            for system in self.diagram.GetSystems():
+                if isinstance(system, OutputErrorEstimator):
+                    closing.callback(system.close)
             closing.callback(self.devices.close)  # nothing moves, and no force stays on, while a file is completed
 
 

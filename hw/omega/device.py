@@ -1,7 +1,9 @@
 """The device itself: opened, set up, read, commanded a force, and brought to rest whatever happens."""
 
 import contextlib
+import time
 import weakref
+from collections.abc import Callable
 
 import numpy as np
 
@@ -24,19 +26,23 @@ class OmegaDevice(Closing):
 
     Args:
         settings: which device, and how it is set up.
+        clock: by which readings are timed [s].
 
     Raises:
         MissingDependency: there is no such library.
         DeviceError: there is no such device, or it refuses a setting.
     """
 
-    def __init__(self, settings: OmegaSettings) -> None:
+    def __init__(self, settings: OmegaSettings, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
         self._sdk = sdk = load_sdk(settings.library)
         self._button = settings.clutch_button
         #: Whether the clutch button is pressed.
         self.clutched = False
         #: (6) what `read` read last: position [m] and velocity [m/s], device frame.
         self.reading = np.zeros(6)
+        #: When the position was read, and how long that took [s].
+        self.read_at = self.read_for = 0.0
         # The bindings write straight into it.
         self._position, self._velocity = sdk.arrays.Vec3(self.reading[:3]), sdk.arrays.Vec3(self.reading[3:])
         self._status = sdk.containers.Status()
@@ -91,7 +97,11 @@ class OmegaDevice(Closing):
     def read(self) -> int:
         """Bring `reading` up to date; gives a fault code, with which `reading` may hold anything."""
         index = self._id
-        if self._get_position(self._position, index) < 0 or self._get_velocity(self._velocity, index) < 0:
+        before = self._clock()
+        bad = self._get_position(self._position, index) < 0
+        self.read_for = self._clock() - before
+        self.read_at = before + 0.5 * self.read_for
+        if bad or self._get_velocity(self._velocity, index) < 0:
             return self._error()
         if self._running:
             if self._wanted:

@@ -1,9 +1,9 @@
 """The hand's velocity from its positions: the slope at the latest of them of a parabola through those of a short time.
 
 A mean over 10 ms, as the vendor's, is late by half of that: the velocity of a hand is 11 % wrong at 3.6 Hz and 31 % at
-10 Hz. The parabola over 10 ms is 0.5 and 4 % off there; steps of 10 um in position leave 1 mm/s in it (0.3 mm/s in the
+10 Hz. The parabola over 10 ms is 0.5 and 4 % off there; steps of 10 um in position leave 1 mm/s in it (0.4 mm/s in the
 mean). It is no greater than it may be: what it amplifies at high frequencies a damper that is felt turns into force.
-Beside a hand and a handle of 0.4 kg, two ticks behind, a damper sings from 100 N s/m on, with the mean from 110, with a
+Beside a hand and a handle of 0.4 kg, two ticks behind, a damper sings from 100 N s/m on, with the mean from 118, with a
 cubic over 20 ms, which is better at 3.6 Hz (0.1 %) and twice as great at 60 Hz, from 60.
 
 Least squares on orthogonal polynomials (Forsythe 1957, J. SIAM 5), at the times that readings have. Each degree adds a

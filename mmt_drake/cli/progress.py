@@ -72,7 +72,7 @@ class Stages:
 
     def __init__(self, bar: Progress | None) -> None:
         self._bar, self._begun = bar, time.perf_counter()
-        self._task = None if bar is None else bar.add_task("", total=None, then="")
+        self._name, self._task = "", None if bar is None else bar.add_task("", total=None, then="")
 
     def __call__(self, stage: Stage) -> None:
         """Show what is being done now, how far it is, and what may come after it."""
@@ -80,6 +80,9 @@ class Stages:
             return
         then = f"{len(stage.then)} more stages at most" if len(stage.then) > 1 else "".join(stage.then)
         then = f"(then {then})" if then else ""
+        if stage.name != self._name:  # a bar forgets no total
+            self._bar.remove_task(self._task)
+            self._name, self._task = stage.name, self._bar.add_task("", total=None, then="")
         self._bar.update(self._task, description=str(stage), completed=stage.done, total=stage.total or None, then=then)
 
     def tell(self, what: str) -> None:
@@ -104,10 +107,18 @@ def working(description: str, seconds: float = math.inf) -> Iterator[Stages]:
         yield Stages(None)
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
+    from rich.text import Text
 
-    limit = () if math.isinf(seconds) else (TextColumn(f"of {seconds:g} s"),)
+    begun, limit = time.perf_counter(), "" if math.isinf(seconds) else f" of {seconds:g}"
+
+    class Elapsed(ProgressColumn):
+        """Of all stages."""
+
+        def render(self, task: object) -> Text:
+            return Text(f"{time.perf_counter() - begun:.0f}{limit} s")
+
     stage = BarColumn(20), TextColumn("{task.description}", markup=False), TextColumn("{task.fields[then]}")
-    columns = (TextColumn(description), TimeElapsedColumn(), *limit, *stage)
+    columns = (TextColumn(description), Elapsed(), *stage)
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         yield Stages(bar)

@@ -79,7 +79,7 @@ def _scenarios(prefix: str, **_: object) -> list[str]:
     """What a shell offers for a scenario that begins so."""
     from argcomplete.completers import FilesCompleter
 
-    from mmt_drake.diagrams.stations.scenario import shipped
+    from mmt_drake.diagrams.stations.shipped import shipped
 
     return [*(name for name in shipped() if name.startswith(prefix)), *FilesCompleter(("yaml", "yml"))(prefix)]
 

@@ -3,8 +3,9 @@
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
+from mmt_drake.closing import Closing
 from mmt_drake.estimation.output_error.beside import FitProcess
-from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
+from mmt_drake.estimation.output_error.gate import drop_laws, hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, LearningSettings, Status
 from mmt_drake.estimation.output_error.learn import Learner
@@ -16,7 +17,7 @@ _PATIENCE = 1.0
 """How long a fit beside the clock may take before that is reported [s]."""
 
 
-class OutputErrorEstimator(KernelSystem):
+class OutputErrorEstimator(KernelSystem, Closing):
     """Least squares of the free-running force over a moving window and a prior (`mmt_drake.estimation.output_error`).
 
     Every tick a sample is checked and joins the next sample of the fit; once a period a fit takes a step from where the
@@ -111,10 +112,20 @@ class OutputErrorEstimator(KernelSystem):
         if self.fits is None:
             learner.compile()
 
+    def close(self) -> None:
+        """End the process of the fits, if there is one; may be called again."""
+        if self.fits is not None:
+            self.fits.close()
+
     def _step(self, t: float, readout: Array, *inputs: Array) -> None:
         measurement, contact, reading, stamp = inputs
         reading = measurement[6:] if reading is None else reading
-        tick(measurement, reading, contact[0], t, t if stamp is None else stamp[0], readout, self._settings)
+        given = measurement, reading, contact[0], t, t if stamp is None else stamp[0], readout, self._settings
+        try:
+            tick(*given)
+        except RuntimeError:  # of laws that are too fast: the run goes on without them, and this sample
+            drop_laws(readout)
+            readout[STATUS] = Status.NO_FIT
         if self._no_fit:
             readout[STATUS] = Status.NO_FIT
 

@@ -2,9 +2,12 @@
 
 import io
 import sys
+import time
 
 from mmt_drake.cli.progress import working
 from mmt_drake.diagnosis.search.watch import Stage
+
+SHOWN = 0.3  # [s] after which all of it has been on the screen
 
 
 class Terminal(io.StringIO):
@@ -19,7 +22,10 @@ def shown(monkeypatch, screen: io.StringIO) -> str:
     monkeypatch.setattr(sys, "stderr", screen)
     with working("work", 60.0) as show:
         show(Stage("first part", "the latest", 3, 12, ("second", "third")))
+        time.sleep(SHOWN)
         show.tell("half is [known]")
+        show(Stage("second part"))
+        time.sleep(SHOWN)
     return screen.getvalue()
 
 
@@ -30,7 +36,8 @@ def test_on_a_terminal_a_line_that_stays_says_after_how_long_it_was_known(monkey
 def test_a_stage_says_how_far_it_is_and_what_is_left(monkeypatch):
     monkeypatch.setenv("COLUMNS", "160")
     screen = shown(monkeypatch, Terminal())
-    assert "of 60 s" in screen and "first part, 3 of 12: the latest (then 2 more stages at most)" in screen
+    assert "0 of 60 s" in screen and "first part, 3 of 12: the latest (then 2 more stages at most)" in screen
+    assert "second part" in screen and "3 of 12: second" not in screen
 
 
 def test_a_pipe_shows_nothing(monkeypatch):

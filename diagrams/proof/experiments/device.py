@@ -47,7 +47,7 @@ class OnDevice(Comparison):
     """Runs with the emulated device in the hand."""
 
     def run(self, asked: Asked, progress: Progress = unheard) -> Cases:
-        """Run every case into a recording, each in a process that has the vendor's library to itself.
+        """Run every case into a recording; no real device can be opened by this process from then on.
 
         Raises:
             BadInput: a folder that cannot be made.

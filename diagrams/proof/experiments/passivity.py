@@ -20,7 +20,8 @@ from mmt_drake.diagrams.proof.experiments.targets import GIVEN, UPDATE_JUMP_N
 from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
 from mmt_drake.diagrams.proof.studies.study import Reached, Report
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
-from mmt_drake.diagrams.stations.scenario import load_scenario, shipped
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.shipped import shipped
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render

@@ -15,6 +15,7 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
+from mmt_drake.closing import Closing
 from mmt_drake.effects.library import SOURCES, register_file
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.knowledge import Told
@@ -28,8 +29,8 @@ _PROGRAM = "from mmt_drake.estimation.output_error.beside import serve; serve({}
 _BEGINS_WITHIN, _ENDS_WITHIN = 300.0, 1.0  # [s], of which most is for what has yet to be compiled
 
 
-class FitProcess:
-    """A learner in a process of its own, begun and compiled when this is made.
+class FitProcess(Closing):
+    """A learner in a process of its own, begun and compiled when this is made; one that has ended is not begun again.
 
     Attributes:
         process: of the fits.
@@ -48,18 +49,23 @@ class FitProcess:
         program = [sys.executable, "-c", _PROGRAM.format(there.fileno())]
         self.process = subprocess.Popen(program, pass_fds=[there.fileno()], env=environment, stdin=subprocess.DEVNULL)
         there.close()
-        weakref.finalize(self, _end, self._line, self.process)
+        self._finalizer = weakref.finalize(self, _end, self._line, self.process)
         self._news = select.poll()  # made once: `Connection.poll` takes as long as a fit's news
         self._news.register(self._line.fileno(), select.POLLIN)
         self.under_way = False
         try:
             files = {SOURCES[effect.name] for effect in options.effects if effect.name in SOURCES}
             self._line.send((sorted(files), options))
-            begun = self._line.poll(_BEGINS_WITHIN) and self._line.recv() == _READY
+            told = self._line.recv() if self._line.poll(_BEGINS_WITHIN) else f"nothing in {_BEGINS_WITHIN:g} s"
         except (OSError, EOFError):
-            begun = False
-        if not begun:
-            raise MmtError("estimator: the process for its fits did not begin (its own words stand above)")
+            told = "it ended"
+        if told != _READY:
+            self.close()
+            raise MmtError(f"estimator: the process for its fits did not begin: {told}")
+
+    def close(self) -> None:
+        """End the process; may be called again."""
+        self._finalizer()
 
     def submit(self, samples: Array, broken: bool) -> bool:
         """Ask for a fit with new samples, as of `Learner.learned`; False: the process has ended."""
@@ -81,7 +87,7 @@ class FitProcess:
             told = self._line.recv_bytes()
         except (OSError, EOFError):
             return None
-        return Told.from_vector(np.frombuffer(told)) if told else None
+        return Told.from_vector(np.frombuffer(told).copy()) if told else None
 
 
 def _end(line: Connection, process: subprocess.Popen[bytes]) -> None:
@@ -99,12 +105,17 @@ def serve(handle: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a person's Ctrl-C is the loop's
     with suppress(OSError, EOFError), Connection(handle) as line:
         files, options = line.recv()
-        for file in files:
-            register_file(file)
-        learner = Learner(options)
-        learner.compile()
-        known = learner.beginning()
+        try:
+            for file in files:
+                register_file(file)
+            learner = Learner(options)
+            learner.compile()
+            known = learner.beginning()
+        except Exception as error:
+            line.send(str(error) or repr(error))
+            return
         line.send(_READY)
+        said: set[str] = set()
         while True:
             broken, *_ = asked = np.frombuffer(line.recv_bytes())
             told = b""
@@ -112,5 +123,13 @@ def serve(handle: int) -> None:
                 known = learner.learned(known, asked[1:].reshape(-1, SAMPLE_SIZE), bool(broken))
                 told = known.told.vector().tobytes()
             except Exception as error:  # whatever it was, the run goes on
-                print(f"estimator: a fit failed: {error!r}", file=sys.stderr, flush=True)
+                _say(f"estimator: a fit failed: {error!r}", said)
             line.send_bytes(told)
+
+
+def _say(line: str, said: set[str]) -> None:
+    """Write a line once, if there is anyone to read it."""
+    if line not in said:
+        said.add(line)
+        with suppress(OSError):
+            print(line, file=sys.stderr, flush=True)

@@ -170,6 +170,8 @@ class Objective:
         if not adopt_theta(theta, math.inf, LEAST_STEP, self.planar, p):
             raise MmtError("the object is too stiff for a fit")
         put_laws(self.laws, p)
+        if step_with_laws(p) < LEAST_STEP:
+            raise MmtError("the laws are too stiff for a fit")
         p[MAX_STEP] = COARSE * step_with_laws(p)
         force, state = np.zeros((2, max(0, n - 1) * self.parts + 1)), self.start.of(x)
         position, rate = window.motion[:, :3].T.copy(), window.motion[:, 3:].T.copy()

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.estimation.output_error import layout as at
+from mmt_drake.estimation.output_error.fit import LEAST_STEP
 from mmt_drake.estimation.output_error.frozen_signal import STILL_S, initial_history, watch
 from mmt_drake.estimation.output_error.knowledge import Knowledge, Told
 from mmt_drake.estimation.output_error.layout import LearningSettings, Status
@@ -18,12 +19,12 @@ from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model.parameters import MAX_STEP, PLANAR
+from mmt_drake.model.parameters import LAWS, MAX_STEP, PLANAR
 from mmt_drake.model.plane_call import planar
 from mmt_drake.model.regrouping_equations import regroup
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, assign
-from mmt_drake.told_laws import NO_LAWS, TOLD_SIZE, VECTOR_SIZE, put_laws, step_with_laws
+from mmt_drake.told_laws import COUNT, NO_LAWS, TOLD_SIZE, VECTOR_SIZE, put_laws, step_with_laws
 
 _MOVING = 1e-3  # [m/s]: a probe that moves
 _LONGEST_GAP_S = 0.2
@@ -57,9 +58,17 @@ def hand_over(readout: Array, told: Told) -> None:
     if not adopt_theta(theta, math.inf, 0.0, p[PLANAR], p):
         return
     put_laws(memory[at.LAWS : at.LAWS + TOLD_SIZE], p)
+    if step_with_laws(p) < LEAST_STEP:
+        p[LAWS] = 0.0
     p[MAX_STEP] = step_with_laws(p)
     readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, told.deviation, 1.0
     readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), told.held
+
+
+def drop_laws(readout: Array) -> None:
+    """Go on without the laws: they are too fast to be followed."""
+    memory = readout[at.MEMORY]
+    memory[at.LAWS + COUNT] = memory[at.P + LAWS] = 0.0
 
 
 def take_samples(readout: Array, fixed: LearningSettings) -> tuple[Array, bool]:

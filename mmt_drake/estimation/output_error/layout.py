@@ -22,7 +22,7 @@ class Status(IntEnum):
     DROPPED = 5  # the last sample once more, although the probe moves
     JUMPED = 6  # the clock or the position did
     FLICKERING = 7  # the contact flag comes and goes
-    NO_FIT = 8  # fits fail, or one does not end: what was known last stays (`Learning` sets it, where a thread fits)
+    NO_FIT = 8  # fits fail, or one does not end: what was known last stays; or laws are too fast to be followed
 
 
 #: What a tick puts out, one after the other; the first five as the thesis's estimator has them.

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
+from mmt_drake.effects import LIBRARY
+from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import InPlane
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.numeric.arrays import Array
@@ -61,8 +63,8 @@ class OutputErrorOptions(Checked):
             (`mmt_drake.model_message`).
 
     Raises:
-        BadInput: a value that is out of range; an effect that is unknown, not to be felt or has values that it does
-            not allow.
+        BadInput: a value that is out of range; an effect that is unknown, not to be felt, does without a number that
+            is sought or has values that it does not allow.
     """
 
     step: Annotated[float, Quantity("s", 1e-5, 0.05)] = 0.001
@@ -81,6 +83,10 @@ class OutputErrorOptions(Checked):
     def __post_init__(self) -> None:
         super().__post_init__()
         _ = self.laws
+        for effect in map(LIBRARY.__getitem__, (told.name for told in self.effects)):
+            if effect.replaces is not None and effect.replaces not in effect.uses:
+                expected = f"none that does without {effect.replaces}, which is sought"
+                raise BadInput(self.CALLED, at="effects", found=effect.name, expected=expected)
 
     @property
     def laws(self) -> Array:

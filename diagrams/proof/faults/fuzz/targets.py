@@ -17,7 +17,8 @@ from mmt_drake.cloud.files import read_cloud, write_cloud
 from mmt_drake.diagrams.proof.faults.fuzz.harness import Fuzz, Program, Target
 from mmt_drake.diagrams.proof.faults.fuzz.mutations import NUMBERS, mutated
 from mmt_drake.diagrams.proof.faults.wires import End, FaultyWire, at_once
-from mmt_drake.diagrams.stations.scenario import SCENARIOS, Scenario, load_scenario
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.shipped import SCENARIOS
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.hw.link import wire
 from mmt_drake.hw.link.keys import load_key, write_key
