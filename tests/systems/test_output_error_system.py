@@ -18,6 +18,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model.theta import adopt_theta
 from mmt_drake.realtime import ProcessOptions, real_time_process
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 
@@ -73,8 +74,10 @@ def test_a_fit_is_put_out_at_its_latency_and_only_then(simulated) -> None:
 
 
 def test_a_worker_that_keeps_up_gives_the_same_numbers(simulated) -> None:
-    beside = watched(*wired(worker=True), pause=0.2)
+    station, known = wired(worker=True), list(adopt_theta.signatures)
+    beside = watched(*station, pause=0.2)
     np.testing.assert_array_equal(beside["theta"], simulated["theta"])
+    assert adopt_theta.signatures == known, "nothing is compiled in the loop"
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor is all there is")

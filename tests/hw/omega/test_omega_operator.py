@@ -80,6 +80,16 @@ def test_the_hand_s_velocity_is_in_time_where_the_device_s_own_is_late(rig: Omeg
     assert in_time < 0.05 and late > 0.08
 
 
+def test_a_jump_of_the_position_is_no_velocity_that_anyone_feels(rig: OmegaRig) -> None:
+    rig.go(50)
+    rig.omega.set(jump=0.009)
+    for _ in range(12):
+        rig.go(1)
+        context = rig.operator.GetMyContextFromRoot(rig.simulator.get_context())
+        felt, seen = (rig.operator.GetOutputPort(port).Eval(context)[3:] for port in ("motion", "reported_motion"))
+        assert np.abs(felt - seen).max() <= 0.3
+
+
 def test_without_a_person_there_is_no_force_and_with_one_the_wall_holds_the_hand(rig: OmegaRig) -> None:
     assert not rig.go(500).any()
     free = rig.motion[2]
