@@ -72,6 +72,7 @@ class Session(HandRig):
         scenario: of a camera, if there is one.
         camera: that sees the surface, at the telerobot's side of two.
         each: called before every tick.
+        worker: fits have a process of their own, which takes a while to begin.
     """
 
     def __init__(
@@ -85,6 +86,7 @@ class Session(HandRig):
         scenario: Scenario = SCENARIO,
         camera: Camera | None = None,
         each: Callable[[], object] = lambda: None,
+        worker: bool = False,
     ) -> None:
         self.omega, self.shown, self._each = omega, 0, each
         omega.reset()
@@ -105,7 +107,7 @@ class Session(HandRig):
             )
         else:
             whole = build_station(
-                scenario, record=record, worker=True, devices=devices, pace=pace, meshcat=meshcat, tell=tell
+                scenario, record=record, worker=worker, devices=devices, pace=pace, meshcat=meshcat, tell=tell
             )
             self._sides = (whole,)
         self.station = self._sides[0]

@@ -25,7 +25,7 @@ def try_dead_worker(omega: EmulatedOmega, moments: int, record: Path) -> Row:
     """A run each."""
     rng, tally = np.random.default_rng(0), Tally(FORCE)
     for moment in range(moments):
-        with Session(omega, record) as session:
+        with Session(omega, record, worker=True) as session:
             tally.armed(session, moment)
             session.go(int(rng.integers(0, 300)))
             time.sleep(float(rng.uniform(0.0, 0.01)))  # wherever the process is by then

@@ -124,7 +124,7 @@ def test_fits_that_fail_are_told_and_tried_again(
         return submit(self, samples[:, 1:] if asked[0] < 4 else samples, broken)
 
     monkeypatch.setattr(FitProcess, "submit", spoiled)
-    with Session(omega, tmp_path / "a.mcap") as session:
+    with Session(omega, tmp_path / "a.mcap", worker=True) as session:
         session.go(900)
     status = load(tmp_path / "a.mcap")["estimator_status"]
     assert asked[0] > 4 and (status == Status.NO_FIT).any() and status[-1] != Status.NO_FIT
