@@ -96,6 +96,11 @@ class Station:
         """Whether the run is over before its time."""
         return False
 
+    def _close_fits(self) -> None:
+        for system in self.diagram.GetSystems():
+            if isinstance(system, OutputErrorEstimator):
+                system.close()
+
     def __enter__(self) -> Self:
         return self
 
@@ -103,9 +108,7 @@ class Station:
         with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
             if self.recorder is not None:  # a person may end a run; an error leaves an older recording as it was
                 closing.callback(self.recorder.close, whole=kind in (None, KeyboardInterrupt))
-            for system in self.diagram.GetSystems():
-                if isinstance(system, OutputErrorEstimator):
-                    closing.callback(system.close)
+            closing.callback(self._close_fits)
             closing.callback(self.devices.close)  # nothing moves, and no force stays on, while a file is completed
 
 
