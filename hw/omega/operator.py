@@ -10,14 +10,12 @@ from mmt_drake.closing import Closing
 from mmt_drake.hw.omega import frames
 from mmt_drake.hw.omega.device import OmegaDevice
 from mmt_drake.hw.omega.settings import OmegaSettings
-from mmt_drake.hw.omega.velocity import take_position, velocity_memory
+from mmt_drake.hw.omega.velocity import keep_near, take_position, velocity_memory
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
 
 _FIRST_READINGS, _BETWEEN = 5, 2e-3  # [s]
-# Else the device's own velocity holds: a position that took longer to be read [s] was nobody knows when; and what is
-# further from that velocity [m/s] than 60 m/s^2 explain, which is late by 5 ms, is a jump of the position.
-_LONGEST_READING, _MOST_APART = 0.5e-3, 0.3
+_LONGEST_READING = 0.5e-3  # [s]: of a longer one nobody knows when it was, and the device's own velocity holds
 
 
 class OmegaOperator(LeafSystem, Closing):
@@ -85,6 +83,7 @@ class OmegaOperator(LeafSystem, Closing):
         frames.take_reading(*parts, np.zeros(6), 0, False, 0.0, self._frame)
         frames.force_on_hand(self._state, self._clutch, np.zeros(3), self._frame, self._sent)
         take_position(velocity_memory(), 0.0, np.zeros(6))
+        keep_near(np.zeros(6), np.zeros(6))
         #: The device itself, for its name, pose and what it says about forces.
         self.device = OmegaDevice(settings, clock)
         for _ in range(_FIRST_READINGS):  # where the hand is now; the vendor's velocity wants two positions
@@ -126,8 +125,7 @@ class OmegaOperator(LeafSystem, Closing):
         self._motion[:] = self._reported
         if self._state[0] == 0.0 and not clutched and device.read_for <= _LONGEST_READING:
             take_position(self._positions, device.read_at, self._motion)
-            if np.abs(self._motion[3:] - self._reported[3:]).max() > _MOST_APART:
-                self._motion[3:] = self._reported[3:]
+            keep_near(self._motion, self._reported)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         try:

@@ -19,6 +19,8 @@ WINDOW_S = 0.010
 """For so long before the latest, readings count."""
 MOST_READINGS = 128
 """That are looked at, the latest of them."""
+MOST_APART = 0.3
+"""From the vendor's velocity [m/s]: 60 m/s^2 explain that, for it is 5 ms late; more is a jump of the position."""
 MOST_NOISE = 600.0
 """Greatest noise of the slope over that of a position [1/s]; 350 at 1 kHz, 430 at 500 Hz."""
 _DEGREE, _AXES = 2, 3
@@ -57,6 +59,20 @@ def take_position(memory: Array, t: float, motion: Array) -> None:
     n += 1
     memory[_COUNT, 0] = n
     _slope_at_end(memory, n, motion[_AXES:])
+
+
+@njit(cache=True)
+def keep_near(motion: Array, reported: Array) -> None:
+    """Keep the reported velocity where another one is further from it than `MOST_APART`.
+
+    Args:
+        motion, reported: (6,) position [m] and velocity [m/s]; the velocity of the first may be changed.
+    """
+    apart = False
+    for k in range(_AXES, 2 * _AXES):
+        apart = apart or abs(motion[k] - reported[k]) > MOST_APART
+    for k in range(_AXES, 2 * _AXES):
+        motion[k] = reported[k] if apart else motion[k]
 
 
 @njit(cache=True)

@@ -24,8 +24,8 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import workers
+from mmt_drake.diagnosis.on_surface import BEST, PARAMETERS, SurfaceSession
 from mmt_drake.diagnosis.on_surface import STAGES as SURFACE_STAGES
-from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import tables, worth_while
@@ -59,9 +59,9 @@ CONTENDERS = 3
 NEAR = 1.5
 """Candidates that leave at most so many times as much as the best may have the block of an event for the fit."""
 
-_BEST, _MINIMUM = "what came out best, once more", "whether there is a better minimum"
+_MINIMUM = "whether there is a better minimum"
 _SHAPE, _NEXT = "the shape of what is left", "what to record next"
-_STAGES = ("parameters", *LEVELS[:MOST_EFFECTS], _BEST, _MINIMUM, _SHAPE, _NEXT)
+_STAGES = (PARAMETERS, *LEVELS[:MOST_EFFECTS], BEST, _MINIMUM, _SHAPE, _NEXT)
 _AT_BOUND = (
     "Fitted to the recordings, the model's {} ends {:g} times away from what was handed in, or is driven further: the "
     "model is too far from this system, or this recording says nothing of it. Nothing can be said of physics that may "
@@ -150,7 +150,7 @@ class _Session:
     polish: Polish
 
     def run(self) -> Outcome:
-        self.watch.begin("parameters")
+        self.watch.begin(PARAMETERS)
         skew = self.prepared.skew
         nominal, refit = fit_base(self.problem, self.model, skew, self.executor)
         problem, fine = (
@@ -184,7 +184,7 @@ class _Session:
         found = gate.ranked(NoiseReference.of(problem), levels)
         standard, refit = _with_events(standard, refit, found)
         fine = standard.problem
-        self.watch.begin(_BEST)
+        self.watch.begin(BEST)
         first = contenders(found, CONTENDERS)
         polished = [f for f in self.polish(fine, first) if f is not None]
         believed = ConfidenceSet.of(

@@ -34,8 +34,9 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.numeric.arrays import Array
 
-_BEST = "what came out best, once more"
-STAGES = ("parameters", SMOOTHNESS, MISSING, ONE_MORE, _BEST)
+PARAMETERS, BEST = "parameters", "what came out best, once more"
+"""Stages that every diagnosis has."""
+STAGES = (PARAMETERS, SMOOTHNESS, MISSING, ONE_MORE, BEST)
 """Of the work."""
 _TOLD = 0.5
 """A stiffness is told if its interval is less than this part of it."""
@@ -67,7 +68,7 @@ class SurfaceSession:
 
     def run(self) -> Outcome:
         """The verdict, and all that it rests on."""
-        self.watch.begin("parameters")
+        self.watch.begin(PARAMETERS)
         skew = self.prepared.skew
         _, first = fit_base(replace(self.problem, coarse=1.0), self.model, skew, self.executor)
         own = replace(self.problem, coarse=1.0, tracks=with_floors(self.problem.tracks, first.model))
@@ -88,7 +89,7 @@ class SurfaceSession:
         scan, explained = SurfaceSearch(problem, refit, self.library, self.executor, self.watch).run()
         if not explained or explained[0].hypothesis.effects:  # what leaves nothing out cannot be simulated
             return refused(self.prepared, self.model, _NOT_LEVEL)
-        self.watch.begin(_BEST)
+        self.watch.begin(BEST)
         # What noise leaves of perfect data depends on the model: a stiff contact makes more of the same motion.
         best = min(explained, key=lambda e: e.unseen_cost)
         problem = _one_noise(

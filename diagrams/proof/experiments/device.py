@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Final
@@ -12,18 +12,17 @@ from typing import Final
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.diagrams.proof.experiments.comparison import Comparison
-from mmt_drake.diagrams.proof.experiments.comparisons.plants import PLANTS, judge
+from mmt_drake.diagrams.proof.experiments.comparisons.plants import judge, station_on
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun, run_case
 from mmt_drake.diagrams.proof.studies.processes import results_of
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, unheard
 from mmt_drake.diagrams.stations.devices import Hand
-from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import Station
 from mmt_drake.hw.omega.emulator import EmulatedOmega, load_emulated
 from mmt_drake.recording.atomic import writing
 
-_LENGTH_S: Final = 30.0
 _ARMED_AT: Final = 20  # ticks after the start, when a person presses the switch
 _DEVICE: Final = ("operator_device.device=0", "operator_device.watchdog=null")  # no pause of the program counts
 _HAND: Final = {
@@ -84,27 +83,20 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 
 
 def _play(station: Station, omega: EmulatedOmega, hand: Hand) -> None:
-    scenario = station.scenario
+    step = station.scenario.step
     with station:
         simulator = Simulator(station.diagram)
         simulator.Initialize()
-        for tick in range(round((scenario.duration or _LENGTH_S) / scenario.step)):
+        for tick in range(round(station.duration / step)):
             if tick == _ARMED_AT:
                 hand.switch.arm()
-            simulator.AdvanceTo((tick + 0.5) * scenario.step)  # up to the next tick and not into it
-            omega.advance(scenario.step)
+            simulator.AdvanceTo((tick + 0.5) * step)  # up to the next tick and not into it
+            omega.advance(step)
 
 
 def cases(asked: Asked) -> Mapping[str, Scenario]:
     """The plants under the device's motion."""
-    return {
-        name: replace(
-            load_scenario("setup1-free-running", [*PLANTS[name], *_DEVICE]),
-            seed=asked.seed,
-            duration=asked.seconds or _LENGTH_S,
-        )
-        for name in _CASES
-    }
+    return {name: station_on(name, asked, *_DEVICE) for name in _CASES}
 
 
 ON_DEVICE: Final = OnDevice(

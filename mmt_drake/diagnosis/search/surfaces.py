@@ -110,8 +110,7 @@ class SurfaceSearch:
 
         def cost(scan: Scan) -> float:
             hypothesis, x = self._begun(names, known)
-            found = scan.explained(hypothesis, x, self._level(scan.surface, hypothesis))
-            return found.unseen_cost
+            return scan.explained(hypothesis, x, self._level(scan.surface, hypothesis)).unseen_cost
 
         self.watch.begin(SMOOTHNESS)
         costs = []

@@ -46,12 +46,13 @@ _STAGES: Final = {
 
 def cases(asked: Asked) -> Mapping[str, Scenario]:
     """Every plant under the same motion."""
-    return {
-        name: replace(
-            load_scenario("setup1-free-running", list(sets)), seed=asked.seed, duration=asked.seconds or _LENGTH_S
-        )
-        for name, sets in PLANTS.items()
-    }
+    return {name: station_on(name, asked) for name in PLANTS}
+
+
+def station_on(plant: str, asked: Asked, *changes: str) -> Scenario:
+    """`setup1-free-running` on one of the plants, with further changes."""
+    scenario = load_scenario("setup1-free-running", [*PLANTS[plant], *changes])
+    return replace(scenario, seed=asked.seed, duration=asked.seconds or _LENGTH_S)
 
 
 def judge(found: Cases) -> Findings:
