@@ -21,7 +21,8 @@ import numpy as np
 
 from mmt_drake.effects import LIBRARY, Effect
 from mmt_drake.errors import BadInput
-from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw, Slot
+from mmt_drake.model.laws import ActiveLaw, Slot
+from mmt_drake.model.message_layout import EFFECTS, ENTRY, HEAD, MESSAGE_SIZE, MOST_EFFECTS
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
 from mmt_drake.model_files import with_effects
@@ -29,16 +30,8 @@ from mmt_drake.numeric.arrays import Array
 
 VERSION: Final = 1
 """Of what is laid out here; a message of another one is refused."""
-MOST_EFFECTS: Final = 2
-"""That one message may tell."""
 STRUCTURE: Final = FlexibleBoxModel.NAME
 """The one structure that theta is of."""
-
-_HEAD = ("version", "structure", "object", "number")
-_ENTRY = 1 + LAW_PARAMETERS  # of an effect in the vector: which one, its values
-_EFFECTS = len(_HEAD) + len(THETA)
-MESSAGE_SIZE: Final = _EFFECTS + MOST_EFFECTS * _ENTRY
-"""Of the vector."""
 
 _SLOTS = (Slot.BODY, Slot.CONTACT, Slot.FRICTION)
 _GREATEST = 2**53  # whole numbers that float64 holds
@@ -129,12 +122,12 @@ class ModelMessage:
     def vector(self) -> Array:
         """(MESSAGE_SIZE,) as it crosses the network: head, theta, and for each effect which and its values."""
         vector = np.zeros(MESSAGE_SIZE)
-        vector[: len(_HEAD)] = VERSION, code_of(STRUCTURE), self.thing, self.number
-        vector[len(_HEAD) : _EFFECTS] = self.theta
+        vector[: len(HEAD)] = VERSION, code_of(STRUCTURE), self.thing, self.number
+        vector[len(HEAD) : EFFECTS] = self.theta
         box = box_of(self.theta)
         for i, told in enumerate(self.effects):
             values = LIBRARY[told.name].checked(told.parameters, box, _SOURCE)
-            start = _EFFECTS + i * _ENTRY
+            start = EFFECTS + i * ENTRY
             vector[start] = code_of(told.name)
             vector[start + 1 : start + 1 + len(values)] = tuple(values.values())
         return vector
@@ -148,14 +141,14 @@ class ModelMessage:
         """
         if not np.any(vector):
             return None
-        version, structure, thing, number = vector[: len(_HEAD)]
+        version, structure, thing, number = vector[: len(HEAD)]
         if version != VERSION:
             raise BadInput(_SOURCE, at="version", found=f"{version:g}", expected=VERSION)
         if structure != code_of(STRUCTURE):
             raise BadInput(_SOURCE, at="structure", found=f"{structure:.0f}", expected=f"the sum of {STRUCTURE}")
         known = {code_of(name): effect for name, effect in LIBRARY.items()}
         effects = []
-        for code, *values in vector[_EFFECTS:].reshape(MOST_EFFECTS, _ENTRY).tolist():
+        for code, *values in vector[EFFECTS:].reshape(MOST_EFFECTS, ENTRY).tolist():
             if code not in known:
                 if code == 0.0:
                     continue
@@ -163,7 +156,7 @@ class ModelMessage:
             effect = known[code]
             symbols = [parameter.symbol for parameter in effect.parameters]
             effects.append(ToldEffect(effect.name, dict(zip(symbols, values, strict=False))))
-        theta = tuple(vector[len(_HEAD) : _EFFECTS].tolist())
+        theta = tuple(vector[len(HEAD) : EFFECTS].tolist())
         return cls(theta, tuple(effects), _whole("object", thing), _whole("number", number))
 
 

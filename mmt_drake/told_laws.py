@@ -5,6 +5,7 @@ what is known, anew with each set of numbers.
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -12,8 +13,9 @@ from numba import njit
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.law_table import ENTRY, HEAD, VALUES, table
 from mmt_drake.model.laws import LAW_PARAMETERS
+from mmt_drake.model.message_layout import MOST_EFFECTS
 from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, KERNEL_SIZE, LAW_TABLE, LAWS, VD, M, accurate_step
-from mmt_drake.model_message import MOST_EFFECTS, ModelMessage
+from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 
@@ -66,6 +68,17 @@ def told_by(message: ModelMessage) -> Array:
         at = _REPLACED + place * _MOST_REPLACED
         told[at : at + len(taken)] = taken
     return told
+
+
+@lru_cache(maxsize=64)
+def told_by_bytes(vector: bytes) -> Array:
+    """`told_by` the message of a vector (MESSAGE_SIZE,) in bytes; `NO_LAWS` where there is none yet.
+
+    Raises:
+        BadInput: as `ModelMessage.from_vector`.
+    """
+    message = ModelMessage.from_vector(np.frombuffer(vector))
+    return NO_LAWS if message is None else told_by(message)
 
 
 @njit(cache=True)

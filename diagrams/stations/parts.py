@@ -20,6 +20,7 @@ from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.link.options import TELEROBOT
+from mmt_drake.model_message import ModelMessage
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.realtime import PaceReport
 from mmt_drake.systems.compliant_tip import CompliantTipSystem
@@ -171,6 +172,16 @@ def while_well(site: Site) -> WhileWell | None:
     from mmt_drake.hw.safety.while_well import WhileWell
 
     return WhileWell()
+
+
+def learner(site: Site) -> System | None:
+    """What names physics that the estimator's numbers leave out."""
+    if site.scenario.learner is None:
+        return None
+    from mmt_drake.learning.law_learner import LawLearner  # and with it the diagnosis
+
+    first = ModelMessage.from_vector(site.scenario.estimator.model)
+    return LawLearner(site.scenario.learner, step=site.step, worker=site.worker, first=first)
 
 
 def high_band(site: Site) -> HighBandEstimator | None:

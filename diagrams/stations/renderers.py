@@ -120,7 +120,7 @@ class ImpedanceReflection(_Renderer):
     mu: Annotated[float | None, Quantity("1", positive=True)] = None
     effects: tuple[ToldEffect, ...] = ()
     name = "runge_kutta"
-    receives = (*_MODEL, "held_body", "model_status")
+    receives = (*_MODEL, "held_body", "model_status", "model")
 
     def __post_init__(self) -> None:
         _ = self._model

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import THETA
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ RETURNED: Final = {
     "high_band": Returned("high_band.high_band", 3),
     "held_body": Returned("estimator.held_body", HELD_SIZE),
     "model_status": Returned("estimator.model_status", 1),
+    "model": Returned("estimator.model", MESSAGE_SIZE, kept=True, may_be_nan=True),
     "remote_force": Returned("measurement[6:9]", 3),
     "remote_energy": Returned("telerobot.energy_in", 3, kept=True),
 }
@@ -46,6 +48,7 @@ def returned(scenario: Scenario) -> dict[str, int]:
     It is what the renderer asks for, as far as the estimator knows it and no detector beside the operator does.
     """
     missing = {name for name in ("held_body", "model_status") if name not in scenario.estimator.tells}
+    missing |= {"model"} if scenario.learner is None else set()
     missing |= {"in_contact"} if scenario.seen_by_operator else set()
     missing |= set() if scenario.shape is None else {"held_body"}  # it counts along another frame
     return {name: RETURNED[name].size for name in scenario.renderer.receives if name not in missing}

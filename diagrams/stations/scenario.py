@@ -17,6 +17,8 @@ from mmt_drake.diagrams.stations.shipped import SCENARIOS, shipped
 from mmt_drake.diagrams.stations.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.learning.options import Learning
 from mmt_drake.model_files import with_effects
 from mmt_drake.motion.yielding import HandImpedance
 from mmt_drake.network.config import ChannelConfig
@@ -59,6 +61,7 @@ class Scenario:
         detector: the telerobot's contact detector.
         estimator: the telerobot's estimator: the thesis's, the one whose model runs freely, or one's own.
         renderer: what the operator feels; `!OwnRenderer`: one's own.
+        learner: names physics that the estimator's numbers leave out, while it is felt; null: nobody does.
         switching: whose contact detector switches the renderer's model: the telerobot's, whose flag crosses the
             network, or a second one beside the operator, which sees the cloud that the network has brought.
         clouds: what is recorded of the point clouds: none, light (1 Hz, 5000 points at most) or full.
@@ -80,6 +83,7 @@ class Scenario:
     detector: ProxySettings = ProxySettings()
     estimator: EstimatorOptions = RlsOptions()
     renderer: Renderer = field(default_factory=ImpedanceReflection)
+    learner: Learning | None = None
     switching: Literal["telerobot", "operator"] = "telerobot"
     clouds: Literal["none", "light", "full"] = "light"
 
@@ -93,11 +97,25 @@ class Scenario:
         if self.switching == "operator" and not self.renderer.switched:
             expected = "telerobot: !DirectForce renders no model that could be switched"
             raise BadInput("scenario", at="switching", found=self.switching, expected=expected)
+        if self.learner is not None:
+            self._check_learner()
         if self.telerobot is not None and (said := self.environment.sensing()) is not None:
             expected = "telerobot.sensor.noise: a telerobot measures by itself"
             raise BadInput(
                 "scenario", at=f"environment.{said}", found=getattr(self.environment, said), expected=expected
             )
+
+    def _check_learner(self) -> None:
+        """Refuse a learner whose news nobody would take up."""
+        chosen = {"estimator": self.estimator, "renderer": self.renderer}
+        takes = {"estimator": OutputErrorOptions, "renderer": ImpedanceReflection}
+        for name, part in chosen.items():
+            if not isinstance(part, takes[name]):
+                expected = f"!{takes[name].__name__}, which takes up what a learner finds"
+                raise BadInput("scenario", at=name, found=f"!{type(part).__name__}", expected=expected)
+        if self.shape is not None:
+            expected = "null: laws of a surface that is not level are not felt"
+            raise BadInput("scenario", at="learner", found="a learner", expected=expected)
 
     @property
     def shape(self) -> Shape | None:

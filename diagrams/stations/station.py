@@ -13,6 +13,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from mmt_drake import __version__
 from mmt_drake.ceilings import Option, loosened_constants
+from mmt_drake.closing import Closing
 from mmt_drake.diagrams.stations.estimators import OwnEstimator
 from mmt_drake.diagrams.stations.nets import Nets, Tap, shown_first
 from mmt_drake.diagrams.stations.own_parts import Make
@@ -38,7 +39,6 @@ from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
 from mmt_drake.recording.two_recordings import DELAY
 from mmt_drake.systems.network_channel import network_channel
-from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.viewer.viewer import Viewer
 
@@ -96,9 +96,9 @@ class Station:
         """Whether the run is over before its time."""
         return False
 
-    def _close_fits(self) -> None:
+    def _close_parts(self) -> None:
         for system in self.diagram.GetSystems():
-            if isinstance(system, OutputErrorEstimator):
+            if isinstance(system, Closing) and system is not self.recorder:
                 system.close()
 
     def __enter__(self) -> Self:
@@ -108,7 +108,7 @@ class Station:
         with ExitStack() as closing:  # from the last to the first, whatever becomes of one of them
             if self.recorder is not None:  # a person may end a run; an error leaves an older recording as it was
                 closing.callback(self.recorder.close, whole=kind in (None, KeyboardInterrupt))
-            closing.callback(self._close_fits)
+            closing.callback(self._close_parts)
             closing.callback(self.devices.close)  # nothing moves, and no force stays on, while a file is completed
 
 

@@ -71,6 +71,7 @@ PARTS: Final = (
     Part("while_well", parts.while_well, TELEROBOT),
     Part("measured_stamps", parts.measured_stamps, TELEROBOT, (2, 4)),
     Part("estimator", estimator, TELEROBOT, (3, 2)),
+    Part("learner", parts.learner, TELEROBOT, (3, 4)),
     Part("high_band", parts.high_band, TELEROBOT, (2, 2)),
     Part("telerobot", parts.passive_telerobot, TELEROBOT, (2, 0)),
     Part("renderer", lambda site: site.scenario.renderer.build(site), OPERATOR, (0, 2)),
@@ -118,6 +119,12 @@ READS: Final = {
     "estimator.in_contact": "measured_contact",
     "estimator.reading": "compensation.reading",
     "estimator.stamp": "stamp",
+    "estimator.model": "learner.model",
+    "learner.measurement": "local_measurement",
+    "learner.in_contact": "measured_contact",
+    "learner.theta": "estimator.theta",
+    "learner.model_status": "estimator.model_status",
+    "learner.residual_ratio": "estimator.residual_ratio",
     "high_band.measurement": "local_measurement",
     "high_band.in_contact": "measured_contact",
     "high_band.theta": "estimator.theta",
@@ -154,6 +161,8 @@ READS: Final = {
     "live_view.theta": "estimator.theta | to_operator.theta",
     "live_view.stable": "estimator.stable | to_operator.stable",
     "live_view.model_status": "estimator.model_status | to_operator.model_status",
+    "live_view.model": "estimator.model if learner.model | to_operator.model",
+    "live_view.learner_status": "learner.status",
     "live_view.estimated_force": "local_frame.estimated | estimator.estimated_force",
     "live_view.true_force": "environment.force",
     "live_view.point_cloud": "surface",
@@ -183,6 +192,8 @@ RECORDED: Final = {
     "model_status": "estimator.model_status | to_operator.model_status",
     "residual_ratio": "estimator.residual_ratio",
     "force_lateness": "estimator.force_lateness",
+    "model": "estimator.model if learner.model | to_operator.model",
+    "learner_status": "learner.status",
     "held_body": "estimator.held_body | to_operator.held_body",
     "rendered_force": "renderer.force",
     "renderer_status": "renderer.status if renderer.stored_energy",
@@ -208,7 +219,7 @@ OF_THE_MEASUREMENT: Final = frozenset(
     {
         *("position", "velocity", "force", "detected_contact", "theta", "theta_stable", "theta_deviation"),
         *("estimated_force", "filtered_force", "estimator_status", "model_status", "residual_ratio", "held_body"),
-        "force_lateness",
+        *("force_lateness", "model", "learner_status"),
     }
 )
 """Those that come late through a telerobot's compensation, and with it whatever is made of it; the others wait."""

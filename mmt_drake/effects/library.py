@@ -1,5 +1,6 @@
 """The library itself, and how a user's own effect gets into it."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from numba.core.errors import NumbaError
@@ -29,6 +30,11 @@ def register(effect: Effect) -> Effect:
         raise BadInput("effects", found=f"a second effect called {effect.name}", expected="names that differ")
     LIBRARY[effect.name] = effect
     return effect
+
+
+def own_files(names: Iterable[str]) -> list[Path]:
+    """The files that those of these effects come from which are a person's own."""
+    return sorted({SOURCES[name] for name in names if name in SOURCES})
 
 
 def _compile(effect: Effect, path: str | Path) -> None:

@@ -11,6 +11,7 @@ from typing import Literal
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_BODY
+from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model.parameters import FORCE_LATENESS, SLIDING_THETA, TANGENTIAL_THETA, THETA, THETA_UNITS
 
 AXES = ("x", "y", "z")
@@ -62,6 +63,8 @@ class Signal:
         """Of each column; empty for flags, codes and ratios, and for a driven body, whose unit is its own."""
         if self.name == "held_body":
             return ("m", "m", "s") * 2
+        if self.name == "model":
+            return tuple(THETA_UNITS.get(number.removeprefix("model_"), "") for number in self.columns)
         if self.name in ("force_lateness", "link_clock"):
             return ("s",) * self.size
         if self.quantity == "theta":
@@ -118,6 +121,8 @@ SIGNALS = (
     _scalar("model_status", "/estimator/model_status", "code"),
     _scalar("residual_ratio", "/estimator/residual_ratio", "scalar"),
     _array("force_lateness", "/estimator/force_lateness", FORCE_LATENESS),
+    _array("model", "/estimator/model", MESSAGE),
+    _scalar("learner_status", "/learner/status", "code"),
     _array("held_body", "/estimator/held_body", HELD_BODY),
     _vector("estimated_force", "/estimator/wrench", WRENCH, "force"),
     _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),

@@ -20,18 +20,17 @@ from mmt_drake.model.law_table import ADDRESS, ENTRY, MEMORY, SHARE, VALUES
 from mmt_drake.model.laws import LAW_PARAMETERS
 from mmt_drake.model.memory import read_memory, write_memory
 from mmt_drake.model.parameters import KERNEL_SIZE, LAWS
-from mmt_drake.model_message import ModelMessage, NotFelt
+from mmt_drake.model_message import NotFelt
 from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.rendering.status import NOT_FELT, UNKNOWN_MODEL
-from mmt_drake.told_laws import NO_LAWS, NUMBER, REFUSED, STIFFNESS, TOLD_SIZE, VECTOR_SIZE, entry_of, told_by
+from mmt_drake.told_laws import NUMBER, REFUSED, STIFFNESS, TOLD_SIZE, VECTOR_SIZE, entry_of, told_by_bytes
 
 
 @lru_cache(maxsize=64)
-def told_by_bytes(vector: bytes) -> Array:
-    """`told_by` the message of a vector in bytes; one that is refused tells the status that says so."""
+def felt_by_bytes(vector: bytes) -> Array:
+    """`told_by_bytes` of a vector; one that is refused tells the status that says so."""
     try:
-        message = ModelMessage.from_vector(np.frombuffer(vector))
-        return NO_LAWS if message is None else told_by(message)
+        return told_by_bytes(vector)
     except BadInput as error:
         told = np.zeros(TOLD_SIZE)
         told[REFUSED] = NOT_FELT if isinstance(error, NotFelt) else UNKNOWN_MODEL

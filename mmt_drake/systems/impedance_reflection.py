@@ -11,7 +11,7 @@ from mmt_drake.model.parameters import InPlane
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, drop_laws, render_on
-from mmt_drake.rendering.laws import told_by_bytes
+from mmt_drake.rendering.laws import felt_by_bytes
 from mmt_drake.rendering.updates import Policy, renderer_rules
 from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.told_laws import NO_LAWS, NUMBER, told_by
@@ -132,7 +132,7 @@ class ImpedanceRenderer(KernelSystem):
         held = NO_REPORT if held is None else held
         rule = self._sure if model_status is None or model_status[0] == 0.0 else self._unsure
         given = memory, t, motion, hand, theta, stable[0], contact[0], rule, self._placed, held
-        laws = self._laws if model is None else told_by_bytes(model.tobytes())
+        laws = self._laws if model is None else felt_by_bytes(model.tobytes())
         fixed = (NO_PLANE, 1.0, math.inf) if told is None else (told, *self._fixed)
         try:
             render_on(*given, *fixed, laws, out)

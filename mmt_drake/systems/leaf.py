@@ -22,8 +22,8 @@ from pydrake.systems.framework import (
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import THETA
-from mmt_drake.model_message import MESSAGE_SIZE
 
 INPUT_SIZES = {
     "motion": 6, "hand": 6, "commanded": 6, "intended": 6, "measurement": 9, "raw_measurement": 9, "position": 3,
@@ -32,6 +32,7 @@ INPUT_SIZES = {
     "held_body": HELD_SIZE, "theta": len(THETA), "stable": 1, "model_status": 1, "high_band": 3, "stamp": 1, "input": 1,
     "device": 3, "switches": 2, "status": 6, "age": 1, "sent_age": 1, "camera": 3, "estimated_force": 3,
     "true_force": 3, "filtered_force": 3, "facet": 4, "model": MESSAGE_SIZE,
+    "residual_ratio": 1, "learner_status": 1,
 }  # fmt: skip
 """Sizes of the vector inputs that are the same wherever they stand; their meaning is in CONVENTIONS.md."""
 

@@ -1,15 +1,21 @@
 """The estimator whose model runs freely, as a system."""
 
+from functools import lru_cache
+
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
 from mmt_drake.closing import Closing
+from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.estimation.output_error.gate import drop_laws, hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, LearningSettings, Status
 from mmt_drake.estimation.output_error.learn import Learner
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_sought
+from mmt_drake.model.message_layout import MESSAGE_NUMBER
+from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
 
@@ -33,6 +39,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
         - in_contact
         - reading
         - stamp
+        - model
         output_ports:
         - theta
         - regrouped
@@ -45,6 +52,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
         - model_status
         - residual_ratio
         - force_lateness
+        - model
         - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
@@ -52,7 +60,8 @@ class OutputErrorEstimator(KernelSystem, Closing):
     it and of other things (`ProbeCompensation`), since only there is it seen to saturate or freeze; the measured force
     where it is not connected. They may be NaN, frozen, saturated, repeated or late: see `status`. `stamp` (1) [s]: when
     the operator sent the motion that the probe follows now, by the operator's clock; the Context's time where it is not
-    connected.
+    connected. `model` (MESSAGE_SIZE): the message whose laws act beside theta (`mmt_drake.model_message`); a later one
+    takes the place of the last, and of `effects` of the options. It is read once a period.
 
     Outputs, all of them states, hence one step younger than the inputs:
 
@@ -79,7 +88,9 @@ class OutputErrorEstimator(KernelSystem, Closing):
       first-order low pass, and their sum, which slow motion tells alone, 50 ms at most; then the standard deviations of
       these [s], too small for a time constant below some 2 ms.
       `estimated_force` is that of the object, which is not late.
-    - `readout` (49 and the memory, whose size depends on the options): the eleven above in that order, then the memory.
+    - `model` (MESSAGE_SIZE): the message that theta goes with; zeros without laws.
+    - `readout` (49, a message and the memory, whose size depends on the options): the twelve above in that order, then
+      the memory.
 
     Attributes:
         fits: the process that makes them; None: they are made in the run.
@@ -98,11 +109,12 @@ class OutputErrorEstimator(KernelSystem, Closing):
         self._learner = learner = Learner(chosen)
         # It begins now: in the run it would take the loop's priority and processor.
         self.fits = FitProcess(chosen) if worker else None
-        self._begun, self._no_fit = 0.0, False
+        self._begun, self._no_fit, self._retold = 0.0, False, 0.0
         known = learner.beginning()
         self._told = known.told
-        initial = initial_readout(self._settings, known, chosen.laws)
-        self.declare_inputs("measurement", "in_contact", "reading", "stamp", optional=("reading", "stamp"))
+        initial = initial_readout(self._settings, known)
+        may_be_left = "reading", "stamp", "model"
+        self.declare_inputs("measurement", "in_contact", *may_be_left, optional=may_be_left)
         self.declare_state_readout(PORT_SIZES, initial, chosen.step)
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
         # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
@@ -118,7 +130,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
             self.fits.close()
 
     def _step(self, t: float, readout: Array, *inputs: Array) -> None:
-        measurement, contact, reading, stamp = inputs
+        measurement, contact, reading, stamp, model = inputs
         reading = measurement[6:] if reading is None else reading
         given = measurement, reading, contact[0], t, t if stamp is None else stamp[0], readout, self._settings
         try:
@@ -128,20 +140,29 @@ class OutputErrorEstimator(KernelSystem, Closing):
             readout[STATUS] = Status.NO_FIT
         if self._no_fit:
             readout[STATUS] = Status.NO_FIT
+        if model is not None and _refused(model.tobytes()):
+            readout[STATUS] = Status.NO_MODEL
 
     def _learn(self, context: Context, state: State) -> None:
         if self.fits is not None:
-            self._take_up(self.fits, context.get_time(), state)
+            self._take_up(self.fits, context, state)
             return
         known: Knowledge = context.get_abstract_state(self._knowledge).get_value()
         readout = state.get_mutable_discrete_state().get_mutable_value()
         hand_over(readout, known.told)
+        if (model := self._model_at(context)) is not None:
+            known = self._learner.retold(known, model)
         known = self._learner.learned(known, *take_samples(readout, self._settings))
         state.get_mutable_abstract_state(int(self._knowledge)).set_value(known)
 
-    def _take_up(self, beside: FitProcess, t: float, state: State) -> None:
+    def _model_at(self, context: Context) -> Array | None:
+        """The message that there is; None: there is none that could be taken up."""
+        model: Array | None = self.inputs_at(context)[-1]
+        return None if model is None or _refused(model.tobytes()) else model.copy()
+
+    def _take_up(self, beside: FitProcess, context: Context, state: State) -> None:
         """Hand over the fit that is done, if any, and have the next one made."""
-        failed = False
+        failed, t = False, context.get_time()
         if beside.under_way:
             if not beside.is_done():
                 self._no_fit |= t - self._begun > _PATIENCE
@@ -153,4 +174,18 @@ class OutputErrorEstimator(KernelSystem, Closing):
         hand_over(readout, self._told)
         samples, broken = take_samples(readout, self._settings)
         self._begun = t
+        if (model := self._model_at(context)) is not None and model[MESSAGE_NUMBER] > self._retold:
+            self._retold = model[MESSAGE_NUMBER]
+            failed |= not beside.retell(model)
         self._no_fit = not beside.submit(samples, broken or failed) or failed
+
+
+@lru_cache(maxsize=64)
+def _refused(model: bytes) -> bool:
+    """Whether a message in bytes is not to be taken up; zeros are none, and refused by nobody."""
+    try:
+        message = ModelMessage.from_vector(np.frombuffer(model))
+        check_sought(() if message is None else message.effects, "model message")
+    except BadInput:
+        return True
+    return False

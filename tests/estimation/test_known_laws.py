@@ -12,6 +12,7 @@ from mmt_drake.model_files import with_effects
 from mmt_drake.model_message import ToldEffect
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
+from mmt_drake.told_laws import told_by_bytes
 
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
 LATE_SPRING = ToldEffect("viscoelastic_relaxation", {"k_maxwell": 300.0, "tau": 0.1})
@@ -23,7 +24,7 @@ def found(effect: ToldEffect, *told: ToldEffect) -> tuple[Array, float]:
     seen = contact(model=with_effects(OBJECT, [{"name": effect.name, "parameters": effect.parameters}], "test"))
     options = OutputErrorOptions(effects=told)
     theta = estimate_output_error(seen.measurement, seen.in_contact, options).theta[-1]
-    return theta, free_running_error(theta, seen, laws=options.laws)
+    return theta, free_running_error(theta, seen, laws=told_by_bytes(options.model.tobytes()))
 
 
 @pytest.mark.parametrize("effect", [CUBIC, LATE_SPRING, BRISTLES], ids=lambda effect: effect.name)

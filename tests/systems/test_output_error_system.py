@@ -25,7 +25,7 @@ from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 KILLED = """import os
 from mmt_drake.estimation.output_error.beside import FitProcess, OutputErrorOptions
 fits = FitProcess(OutputErrorOptions())
-print(fits.process.pid, flush=True)
+print(fits.own.process.pid, flush=True)
 os.kill(os.getpid(), 9)"""
 PERIOD = round(OutputErrorOptions(step=STEP).latency / STEP)
 
@@ -87,12 +87,12 @@ def test_a_worker_stays_off_the_processor_that_the_loop_has_for_itself() -> None
     simulator = Simulator(diagram)
     with real_time_process(ProcessOptions(cpu=min(before))):
         simulator.AdvanceTo(2.5 * PERIOD * STEP)
-    assert estimator.fits is not None and os.sched_getaffinity(estimator.fits.process.pid) == before
+    assert estimator.fits is not None and os.sched_getaffinity(estimator.fits.own.process.pid) == before
 
 
 def test_the_process_of_the_fits_ends_with_the_estimator_and_with_the_program() -> None:
     fits = FitProcess(OutputErrorOptions(step=STEP))
-    process = fits.process
+    process = fits.own.process
     assert process.poll() is None
     del fits
     gc.collect()

@@ -19,12 +19,13 @@ from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.message_layout import MESSAGE_NUMBER
 from mmt_drake.model.parameters import LAWS, MAX_STEP, PLANAR
 from mmt_drake.model.plane_call import planar
 from mmt_drake.model.regrouping_equations import regroup
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, assign
-from mmt_drake.told_laws import COUNT, NO_LAWS, TOLD_SIZE, VECTOR_SIZE, put_laws, step_with_laws
+from mmt_drake.told_laws import COUNT, TOLD_SIZE, VECTOR_SIZE, put_laws, step_with_laws, told_by_bytes
 
 _MOVING = 1e-3  # [m/s]: a probe that moves
 _LONGEST_GAP_S = 0.2
@@ -38,12 +39,12 @@ def settings(options: OutputErrorOptions) -> LearningSettings:
     return LearningSettings(options.step, options.ticks, limit, rows, planar(options.in_plane))
 
 
-def initial_readout(fixed: LearningSettings, known: Knowledge, laws: Array = NO_LAWS) -> Array:
-    """Outputs and memory before the first sample; what is known, with laws (TOLD_SIZE,), is handed over at once."""
+def initial_readout(fixed: LearningSettings, known: Knowledge) -> Array:
+    """Outputs and memory before the first sample; what is known is handed over at once."""
     readout = np.zeros(at.READOUT_SIZE + at.ROWS + SAMPLE_SIZE * fixed.rows)
     readout[at.MEMORY][at.HISTORY] = initial_history()
     memory = readout[at.MEMORY]
-    memory[at.P + PLANAR], memory[at.LAWS : at.LAWS + TOLD_SIZE] = fixed.planar, laws
+    memory[at.P + PLANAR] = fixed.planar
     hand_over(readout, known.told)
     readout[at.STATUS] = Status.FREE
     return readout
@@ -54,6 +55,8 @@ def hand_over(readout: Array, told: Told) -> None:
     readout[at.MODEL_STATUS], readout[at.RESIDUAL] = told.status, told.left
     readout[at.LATE], theta = told.lateness, told.theta
     memory = readout[at.MEMORY]
+    if readout[at.MODEL][MESSAGE_NUMBER] != told.model[MESSAGE_NUMBER]:
+        readout[at.MODEL], memory[at.LAWS : at.LAWS + TOLD_SIZE] = told.model, told_by_bytes(told.model.tobytes())
     p = memory[at.P : at.P + VECTOR_SIZE]
     if not adopt_theta(theta, math.inf, 0.0, p[PLANAR], p):
         return

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -20,6 +21,7 @@ from mmt_drake.estimation.output_error.unknowns import (
 )
 from mmt_drake.estimation.output_error.window import Window
 from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import FORCE_LATENESS, THETA
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
@@ -35,12 +37,14 @@ class Told(NamedTuple):
         held: where friction holds the body (`mmt_drake.model.held_body`).
         status: a `ModelStatus`.
         left: residual over its noise.
+        model: (MESSAGE_SIZE,) the message whose laws are taken to act beside theta; zeros: there is none.
     """
 
     theta: Array
     deviation: Array
     lateness: Array
     held: Array
+    model: Array
     status: float
     left: float
 
@@ -51,12 +55,13 @@ class Told(NamedTuple):
     @classmethod
     def from_vector(cls, vector: Array) -> Self:
         """What `vector` has made."""
-        parts = vector[_THETA], vector[_DEVIATION], vector[_LATENESS], vector[_HELD]
+        parts = vector[_THETA], vector[_DEVIATION], vector[_LATENESS], vector[_HELD], vector[_MODEL]
         return cls(*parts, float(vector[-2]), float(vector[-1]))
 
 
-_NUMBERS = 4  # of its parts are arrays
-_THETA, _DEVIATION, _LATENESS, _HELD = map(Layout().part, (len(THETA), len(THETA), len(FORCE_LATENESS), HELD_SIZE))
+_SIZES = len(THETA), len(THETA), len(FORCE_LATENESS), HELD_SIZE, MESSAGE_SIZE  # of its parts that are arrays
+_NUMBERS = len(_SIZES)
+_THETA, _DEVIATION, _LATENESS, _HELD, _MODEL = map(Layout().part, _SIZES)
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,7 @@ class Knowledge:
         interrupted: whether time broke off once, so that the body need not have been at rest at the first sample.
         adequacy: what is to be thought of the model.
         trusted: the unknowns and static friction when the model last explained the latest contact.
+        model: (MESSAGE_SIZE,) the message whose laws are taken to act; zeros: there is none.
     """
 
     window: Window
@@ -106,6 +112,7 @@ class Knowledge:
     interrupted: bool = False
     adequacy: Adequacy = field(default_factory=Adequacy)
     trusted: tuple[Array, Stick] | None = None
+    model: Array = field(default_factory=partial(np.zeros, MESSAGE_SIZE))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
@@ -119,7 +126,8 @@ class Knowledge:
     def told(self) -> Told:
         """What is handed over."""
         adequacy = self.adequacy
-        return Told(self.theta, self.deviation, self.lateness, self.held, float(adequacy.status), adequacy.left)
+        status = float(adequacy.status)
+        return Told(self.theta, self.deviation, self.lateness, self.held, self.model, status, adequacy.left)
 
     @property
     def theta(self) -> Array:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from mmt_drake.estimation.output_error.frozen_signal import SIZE as HISTORY_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import FORCE_LATENESS, THETA
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.told_laws import TOLD_SIZE, VECTOR_SIZE
@@ -23,6 +24,7 @@ class Status(IntEnum):
     JUMPED = 6  # the clock or the position did
     FLICKERING = 7  # the contact flag comes and goes
     NO_FIT = 8  # fits fail, or one does not end: what was known last stays; or laws are too fast to be followed
+    NO_MODEL = 9  # a model message that is none, or tells a law that is not known or not to be felt: the last one holds
 
 
 #: What a tick puts out, one after the other; the first five as the thesis's estimator has them.
@@ -38,11 +40,12 @@ PORT_SIZES = {
     "model_status": 1,
     "residual_ratio": 1,
     "force_lateness": len(FORCE_LATENESS),
+    "model": MESSAGE_SIZE,
 }
-THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD, MODEL_STATUS, RESIDUAL, LATE = map(
+THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD, MODEL_STATUS, RESIDUAL, LATE, MODEL = map(
     Layout().part, PORT_SIZES.values()
 )
-READOUT_SIZE = LATE.stop
+READOUT_SIZE = MODEL.stop
 MEMORY = slice(READOUT_SIZE, None)
 
 # The memory.

@@ -12,22 +12,27 @@ from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.fit import Objective, comparable
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.lateness import late_means
-from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_sought
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
 from mmt_drake.estimation.output_error.trials import better_stick, start_elsewhere
 from mmt_drake.estimation.output_error.unknowns import (
     LATENESS,
     NORMAL_DEVIATION,
+    OBJECT,
     UNKNOWNS,
     Information,
     Stick,
     prior_information,
+    unknowns,
 )
 from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
 from mmt_drake.model.held_body import NO_REPORT, report
+from mmt_drake.model.message_layout import MESSAGE_NUMBER
 from mmt_drake.model.plane_call import planar
+from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import Minimum
+from mmt_drake.told_laws import told_by_bytes
 
 _FIRST_NOISE = 0.05  # [N], before there is a fit to tell it from
 _FITS_PER_WINDOW = 75  # a window is fitted so often in the time that it covers, or each period: cost stays even
@@ -56,7 +61,7 @@ class Learner:
         self._bank: FilterBank = filter_bank(self.h, options.ticks)
         self._capacity = round(options.window / self.h)
         self._threads = ThreadpoolController()
-        self._planar, self._laws = planar(options.in_plane), options.laws
+        self._planar = planar(options.in_plane)
 
     def beginning(self) -> Knowledge:
         """Nothing but the prior."""
@@ -76,6 +81,7 @@ class Learner:
             covariance=known.covariance(),
             normal_covariance=np.diag(NORMAL_DEVIATION**2),
             held=NO_REPORT,
+            model=self.options.model,
         )
 
     def learned(self, known: Knowledge, new: Array, broken: bool = False) -> Knowledge:
@@ -107,6 +113,51 @@ class Learner:
             return known
         with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
             return self._fitted(self._along_normal(known))
+
+    def retold(self, known: Knowledge, model: Array) -> Knowledge:
+        """Knowledge where the object is told to be of other laws: what it was taken for is no more believed.
+
+        The samples at hand are fitted anew with them. What older ones said was said of another model, and goes.
+
+        Args:
+            known: what there is.
+            model: (MESSAGE_SIZE,) of a later message than that of `known`; an older one changes nothing.
+
+        Raises:
+            BadInput: the message is none, or tells a law that is not known or that cannot stand beside what is sought.
+        """
+        message = ModelMessage.from_vector(model)
+        if message is None or message.number <= known.model[MESSAGE_NUMBER]:
+            return known
+        check_sought(message.effects, "model message")
+        window, start, memory = known.window, known.start, known.memory
+        if memory.matrix.any():  # where another model has left the body is not known that well
+            window = window.shortened(0)
+            window.weight[: round(_BEFORE_S / self.h)] = 0.0
+            start, memory = Beginning.known(start.of(known.x)), self._prior(known).plus(memory).only(LATENESS)
+        x = known.x
+        if np.isfinite(message.theta).all():
+            x = np.concatenate([unknowns(np.array(message.theta))[OBJECT], x[LATENESS]])
+        anew = replace(
+            known,
+            window=window,
+            start=start,
+            x=x,
+            stick=Stick(),
+            memory=memory,
+            noise=_FIRST_NOISE,
+            noise_slope=np.zeros(UNKNOWNS),
+            noise_share=np.zeros(UNKNOWNS),
+            rival=None,
+            adequacy=Adequacy(),
+            trusted=None,
+            model=model,
+        )
+        if len(window) == 0:
+            return anew
+        objective = self._objective(anew)
+        found = attempt(objective.step, x, anew.stick, _ANEW)
+        return anew if found is None else replace(anew, x=found.x, noise=objective.noise_left(found))
 
     def _with_held_body(self, known: Knowledge, objective: Objective) -> Knowledge:
         """With what the fit says of where friction holds the body at the last sample."""
@@ -151,7 +202,7 @@ class Learner:
             self._planar,
             -float(np.count_nonzero(comparable(known.window, self.h)[:, :2])) / known.noise**2 * known.noise_slope,
             np.isfinite(known.noise_share) & known.rests,
-            self._laws,
+            told_by_bytes(known.model.tobytes()),
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:

@@ -93,7 +93,7 @@ def estimate_output_error(
         raise BadInput("reading", found=f"shape {raw.shape}", expected=f"({len(data)}, 3)")
     fixed = settings(options)
     known = learner.beginning()
-    readout = initial_readout(fixed, known, options.laws)
+    readout = initial_readout(fixed, known)
     out = np.empty((len(data), at.READOUT_SIZE))
     every = options.samples_per_fit * options.ticks
     for first in range(0, len(data), every):

@@ -1,15 +1,18 @@
 """Options of the output-error estimator."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
+import numpy as np
+
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import InPlane
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Damping, Level, Mass, Quantity, Stiffness
-from mmt_drake.told_laws import NO_LAWS, told_by
 
 
 @dataclass(frozen=True)
@@ -76,22 +79,19 @@ class OutputErrorOptions(Checked):
     memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
     in_plane: InPlane = "vector"
     effects: tuple[ToldEffect, ...] = ()
-    tells: ClassVar = ("held_body", "model_status")
+    tells: ClassVar = ("held_body", "model_status", "model")
 
     CALLED: ClassVar = "output-error estimator"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _ = self.laws
-        for effect in map(LIBRARY.__getitem__, (told.name for told in self.effects)):
-            if effect.replaces is not None and effect.replaces not in effect.uses:
-                expected = f"none that does without {effect.replaces}, which is sought"
-                raise BadInput(self.CALLED, at="effects", found=effect.name, expected=expected)
+        _ = self.model
+        check_sought(self.effects, self.CALLED)
 
     @property
-    def laws(self) -> Array:
-        """(TOLD_SIZE,) the effects, as kernels of this process take them."""
-        return told_by(ModelMessage(UNKNOWN_THETA, effects=self.effects)) if self.effects else NO_LAWS
+    def model(self) -> Array:
+        """(MESSAGE_SIZE,) the effects as a message tells them; zeros without any."""
+        return ModelMessage(UNKNOWN_THETA, effects=self.effects).vector() if self.effects else np.zeros(MESSAGE_SIZE)
 
     @property
     def ticks(self) -> int:
@@ -112,3 +112,15 @@ class OutputErrorOptions(Checked):
     def latency(self) -> float:
         """Time between fits, after which each is handed over [s]."""
         return self.samples_per_fit * self.interval
+
+
+def check_sought(effects: Iterable[ToldEffect], source: str) -> None:
+    """Refuse laws beside which a number that is sought would do nothing.
+
+    Raises:
+        BadInput: an effect that does without such a number.
+    """
+    for effect in (LIBRARY[told.name] for told in effects):
+        if effect.replaces is not None and effect.replaces not in effect.uses:
+            expected = f"none that does without {effect.replaces}, which is sought"
+            raise BadInput(source, at="effects", found=effect.name, expected=expected)

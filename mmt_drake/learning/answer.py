@@ -1,0 +1,133 @@
+"""One look at a contact: what the diagnosis names there, and what of that may be felt."""
+
+import pickle
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+
+from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
+from mmt_drake.diagnosis.diagnose import diagnose
+from mmt_drake.diagnosis.tell.outcome import Outcome
+from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error.options import check_sought
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording import AXES, Recording
+
+ROW: Final = 10
+"""Numbers of a sample: position [m], velocity [m/s], force [N] and contact (0 or 1)."""
+
+_COLUMNS = [*(f"{name}_{axis}" for name in ("position", "velocity", "force") for axis in AXES), "in_contact"]
+_LEAST: Final = {"m": 0.05, "k1": 5.0, "k2": 20.0, "b1": 1.0, "b2": 1.0, "Fc": 0.05, "k": 20.0, "b": 1.0}
+"""What a number is taken for where less was found of it: one of 0 is left out of a fit."""
+_NUMBERS: Final = "static_friction"
+"""An effect that is numbers of theta."""
+_ENOUGH: Final[tuple[Verdict, ...]] = "no_mismatch", "parameters"
+"""Verdicts that need no law."""
+
+
+class LearnerStatus(IntEnum):
+    """What a learner is about."""
+
+    WATCHING = 0  # the numbers explain the contact, or too little of it was seen
+    LOOKING = 1  # a diagnosis is under way
+    TOLD = 2  # laws are told
+    NOT_FELT = 3  # what was found last is not to be felt, or cannot be: the sensor's, the channel's, active
+    CANNOT_TELL = 4  # what the numbers leave has no name so far
+    FAILED = 5  # the diagnosis did
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What one look has come to.
+
+    Attributes:
+        verdict: of the diagnosis.
+        laws: that are named and may be felt.
+        theta: (10,) the numbers beside them; NaN where nothing is to be said of them.
+        refused: why others that are named are not felt, a line each.
+    """
+
+    verdict: Verdict
+    laws: tuple[ToldEffect, ...] = ()
+    theta: tuple[float, ...] = UNKNOWN_THETA
+    refused: tuple[str, ...] = ()
+
+    @property
+    def settled(self) -> bool:
+        """Whether it says which laws act, be it none; else those that were told before stay."""
+        return bool(self.laws) or self.verdict in _ENOUGH
+
+    @property
+    def status(self) -> LearnerStatus:
+        """What a learner shows of it."""
+        if self.laws:
+            return LearnerStatus.TOLD
+        if self.settled:
+            return LearnerStatus.WATCHING
+        return LearnerStatus.NOT_FELT if self.refused else LearnerStatus.CANNOT_TELL
+
+
+def look(rows: Array, sample: float, theta: Array, executor: Executor) -> Answer:
+    """Hold a contact against the library of effects.
+
+    Args:
+        rows: (n, ROW) samples in the table frame.
+        sample: time between them [s].
+        theta: (10,) numbers of the object, as an estimator without laws has them: whence fits begin.
+        executor: runs the fits.
+
+    Raises:
+        MmtError: the contact is none that could be diagnosed.
+    """
+    recording = Recording(np.arange(len(rows)) * sample, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
+    m, k1, k2, b1, b2, Fc, k, b = np.fmax(theta[: len(_LEAST)], list(_LEAST.values())).tolist()
+    model = FlexibleBoxModel(BoxParameters(m, k1, k2, b1, b2, Fc), NormalContact(k, b))
+    return answer_of(diagnose([recording], model, executor=executor))
+
+
+def answer_of(outcome: Outcome) -> Answer:
+    """What may be felt of a diagnosis."""
+    found = outcome.diagnosis
+    if outcome.best is None or found.verdict not in (*NAMING, *_ENOUGH):
+        return Answer(found.verdict)
+    values = outcome.best.hypothesis.effect_values(outcome.best.x)
+    sure = [e for e in found.effects if e.certain == "law" and e.name in values] if found.verdict in NAMING else []
+    numbers = _numbers(outcome, values.get(_NUMBERS))
+    laws: list[ToldEffect] = []
+    refused = []
+    for told in (ToldEffect(effect.name, values[effect.name]) for effect in sure if effect.name != _NUMBERS):
+        try:
+            ModelMessage(numbers, (*laws, told))
+            check_sought([told], "learner")
+            laws.append(told)
+        except BadInput as error:
+            refused.append(f"{told.name}: found {error.found}, expected {error.expected}")
+    return Answer(found.verdict, tuple(laws), numbers, tuple(refused))
+
+
+def _numbers(outcome: Outcome, static: Mapping[str, float] | None) -> tuple[float, ...]:
+    """theta of the fit that is delivered, and of the static friction that it may have."""
+    assert outcome.best is not None  # as its caller has asked
+    bare = outcome.best.hypothesis.handed(outcome.best.x).bare
+    assert isinstance(bare, FlexibleBoxModel)  # as it was handed in
+    own, normal = bare.parameters, bare.normal
+    Fc, Fs, v_d = (own.Fc, own.Fc, 0.0) if static is None else (static["Fd"], static["Fs"], static["v_d"])
+    theta = (own.m, own.k1, own.k2, own.b1, own.b2, Fc, normal.k, normal.b, Fs, v_d)
+    return tuple(map(float, theta))
+
+
+def packed(answer: Answer | None) -> bytes:
+    """An answer for the line to another process; None: the look failed."""
+    return pickle.dumps(answer)
+
+
+def unpacked(told: bytes) -> Answer | None:
+    """What `packed` has made; None too where there is nothing: the process has ended."""
+    answer: Answer | None = pickle.loads(told) if told else None
+    return answer

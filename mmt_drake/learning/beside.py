@@ -1,0 +1,104 @@
+"""Looks at a contact beside the clock, in a process of their own, which gives way to whoever else works."""
+
+import os
+import pickle
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+from weakref import WeakKeyDictionary
+
+from mmt_drake.closing import Closing
+from mmt_drake.diagnosis.fit.workers import workers
+from mmt_drake.effects import LIBRARY
+from mmt_drake.effects.library import own_files, register_file
+from mmt_drake.learning.answer import Answer, look, packed, unpacked
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.own_process import OwnProcess, served
+
+_GIVES_WAY = 10
+"""Of its priority, as of `nice`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What is asked of a contact; never changed.
+
+    Attributes:
+        rows: (n, ROW) samples (`mmt_drake.learning.answer`).
+        sample: time between them [s].
+        theta: (10,) numbers of the estimator.
+        asked: when [s].
+        left: what the estimator left of the contact, over its noise [1].
+    """
+
+    rows: Array
+    sample: float
+    theta: Array
+    asked: float
+    left: float
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+
+class Looks(Closing):
+    """A process that answers questions in their order; it is begun when this is made.
+
+    Raises:
+        MmtError: the process cannot be begun.
+    """
+
+    def __init__(self) -> None:
+        self._own = OwnProcess(__name__, own_files(LIBRARY), "learner: the process for its looks")
+        self._waiting: deque[Question] = deque()
+        self._answers: WeakKeyDictionary[Question, Answer | None] = WeakKeyDictionary()
+
+    def close(self) -> None:
+        """End the process; may be called again."""
+        self._own.close()
+
+    def ask(self, question: Question) -> None:
+        """Have it answered."""
+        if self._own.send(pickle.dumps((question.rows, question.sample, question.theta))):
+            self._waiting.append(question)
+
+    def is_answered(self, question: Question) -> bool:
+        """Whether `answer` has not to wait."""
+        while self._waiting and self._own.is_done():
+            self._take()
+        return question in self._answers or question not in self._waiting
+
+    def answer(self, question: Question, *, here: bool) -> Answer | None:
+        """The answer, for which it waits; None: the look failed.
+
+        Args:
+            question: that was asked, be it of another process.
+            here: look here for what the process knows nothing of; else that has failed.
+        """
+        while question in self._waiting:
+            self._take()
+        if question not in self._answers and here:
+            self._answers[question] = _answered(question.rows, question.sample, question.theta)
+        return self._answers.get(question)
+
+    def _take(self) -> None:
+        self._answers[self._waiting.popleft()] = unpacked(self._own.answer())
+
+
+def _answered(rows: Array, sample: float, theta: Array) -> Answer | None:
+    with workers(1) as executor:
+        return look(rows, sample, theta, executor)
+
+
+def serve(handle: int) -> None:
+    """Look until the line at a file handle ends: the main function of the process."""
+    served(handle, _begin, "learner: a look")
+
+
+def _begin(files: list[Path]) -> Callable[[bytes], bytes]:
+    os.nice(_GIVES_WAY)
+    for file in files:
+        register_file(file)
+    return lambda asked: packed(_answered(*pickle.loads(asked)))

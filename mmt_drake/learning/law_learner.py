@@ -1,0 +1,144 @@
+"""The learner, as a system."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, State
+
+from mmt_drake.closing import Closing
+from mmt_drake.errors import MmtError
+from mmt_drake.estimation.output_error.adequacy import ModelStatus
+from mmt_drake.learning.answer import ROW, Answer
+from mmt_drake.learning.beside import Looks, Question
+from mmt_drake.learning.options import Learning
+from mmt_drake.learning.watched import Watched
+from mmt_drake.model.message_layout import MESSAGE_SIZE
+from mmt_drake.model_message import ModelMessage
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.layout import Layout
+from mmt_drake.systems.kernel_system import KernelSystem
+
+_PERIOD = 0.1  # [s], at which a window is looked at
+PORT_SIZES = {"model": MESSAGE_SIZE, "status": 1}
+_next = Layout()
+_MODEL, _STATUS = _next.part(MESSAGE_SIZE), _next()
+_COUNT, _BROKEN, _TIME, _ROWS = _next(), _next(), _next(), _next(0)
+
+
+class LawLearner(KernelSystem, Closing):
+    """Names the physics that an estimator's numbers leave out, and tells it while it is felt (`mmt_drake.learning`).
+
+    Where the estimator leaves more of a window of contact than its noise explains, the diagnosis holds that window
+    against the library of effects, in a process of its own. Laws that it names and that may be felt are told on
+    `model`, with the numbers beside them. They leave again when they do not earn their place: when a window of contact
+    with them leaves half of what it did without or more, or when a later look finds another answer.
+
+    .. pydrake_system::
+
+        name: LawLearner
+        input_ports:
+        - measurement
+        - in_contact
+        - theta
+        - model_status
+        - residual_ratio
+        output_ports:
+        - model
+        - status
+        - readout
+
+    Inputs: `measurement` (9), position [m], velocity [m/s] and force on the probe [N] in the table frame; `in_contact`
+    (1), 0.0 or 1.0; of an estimator beside it `theta` (10), `model_status` (1) and `residual_ratio` (1), see
+    `OutputErrorEstimator`.
+
+    Outputs, states, hence younger than the inputs:
+
+    - `model` (MESSAGE_SIZE): the message that is told (`mmt_drake.model_message`); zeros as long as there is none.
+    - `status` (1): of `mmt_drake.learning.answer.LearnerStatus`: 0 the numbers explain the contact, 1 a diagnosis is
+      under way, 2 laws are told, 3 what was found last is not to be felt, 4 what is left has no name so far, 5 the
+      diagnosis failed.
+    - `readout` (MESSAGE_SIZE + 1 and the memory): both, then the memory.
+
+    Args:
+        options: how it goes about it.
+        step: between samples of its inputs [s].
+        worker: for a run in real time: an answer is taken up when it comes. Otherwise it is taken up after
+            `Learning.delay`, and waited for.
+        first: the message that is told at first; None: none.
+
+    Raises:
+        MmtError: the process for its looks cannot be begun.
+    """
+
+    def __init__(
+        self,
+        options: Learning | None = None,
+        *,
+        step: float = 1e-3,
+        worker: bool = False,
+        first: ModelMessage | None = None,
+    ) -> None:
+        super().__init__()
+        self._options = Learning() if options is None else options
+        self._sample = max(1, round(self._options.sample / step)) * step
+        self._worker, self._looks = worker, Looks()
+        rows = 4 * round(_PERIOD / self._sample) + 1
+        initial = np.zeros(_ROWS + rows * ROW)
+        initial[_MODEL] = 0.0 if first is None else first.vector()
+        self.declare_inputs("measurement", "in_contact", "theta", "model_status", "residual_ratio")
+        self.declare_state_readout(PORT_SIZES, initial, self._sample)
+        begun = Watched(message=first)
+        self._watched = self.DeclareAbstractState(AbstractValue.Make(begun))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(_PERIOD, _PERIOD - 0.5 * step, self._watch)
+        self.compile_kernels()
+
+    def close(self) -> None:
+        """End the process of its looks; may be called again."""
+        self._looks.close()
+
+    def _step(self, t: float, memory: Array, *inputs: Array) -> None:
+        measurement, contact, *_ = inputs
+        count = int(memory[_COUNT])
+        row = _ROWS + count * ROW
+        late = memory[_TIME] > 0.0 and t - memory[_TIME] > 1.5 * self._sample
+        memory[_TIME] = t
+        if row + ROW > len(memory) or late or not (np.isfinite(measurement).all() and np.isfinite(contact[0])):
+            memory[_BROKEN], memory[_COUNT] = 1.0, 0.0
+            return
+        memory[row : row + ROW - 1], memory[row + ROW - 1] = measurement, contact[0]
+        memory[_COUNT] = count + 1.0
+
+    def _watch(self, context: Context, state: State) -> None:
+        _, _, theta, model_status, left = self.inputs_at(context)
+        memory = state.get_mutable_discrete_state().get_mutable_value()
+        seen: Watched = context.get_abstract_state(self._watched).get_value()
+        if memory[_BROKEN] != 0.0 or model_status[0] == ModelStatus.CHANGED:
+            seen = seen.anew()
+        rows = memory[_ROWS : _ROWS + int(memory[_COUNT]) * ROW].reshape(-1, ROW).copy()
+        memory[_BROKEN] = memory[_COUNT] = 0.0
+        seen = seen.seeing(rows, left[0], self._sample, self._options)
+        seen = self._gone_on(seen, context.get_time(), theta, left[0])
+        memory[_MODEL] = 0.0 if seen.message is None else seen.message.vector()
+        memory[_STATUS] = seen.status
+        state.get_mutable_abstract_state(int(self._watched)).set_value(seen)
+
+    def _gone_on(self, seen: Watched, t: float, theta: Array, left: float) -> Watched:
+        """With the answer that is due, or with a question that is worth while."""
+        options, window = self._options, seen.window(self._sample, self._options)
+        left = left if window is None else seen.left_of(window)
+        if seen.question is not None:
+            due = self._looks.is_answered(seen.question) if self._worker else t > seen.question.asked + options.delay
+            return seen.answered(self._answer(seen.question), left > options.doubt) if due else seen
+        if window is None:
+            return seen
+        seen = seen.judged(left, options)
+        if left <= options.doubt or len(seen.rows) == 0:
+            return seen
+        question = Question(seen.rows[window].copy(), self._sample, theta.copy(), t, left)
+        self._looks.ask(question)
+        return seen.asking(question)
+
+    def _answer(self, question: Question) -> Answer | None:
+        try:
+            return self._looks.answer(question, here=not self._worker)
+        except MmtError:  # looked for here: it is none that could be diagnosed
+            return None

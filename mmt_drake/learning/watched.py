@@ -1,0 +1,115 @@
+"""What a learner has seen of a contact, what it has asked, and what it tells."""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, Self
+
+import numpy as np
+
+from mmt_drake.learning.answer import ROW, Answer, LearnerStatus
+from mmt_drake.learning.beside import Question
+from mmt_drake.learning.options import Learning
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.numeric.arrays import Array
+
+_MOST: Final = 3
+"""Windows that are looked at together at most."""
+_LONGEST: Final = 4.0
+"""Times as long as its contact what is kept may last."""
+_EARNS: Final = 0.5
+"""A law leaves again if with it more than this part is left of what was left without, and that is in doubt."""
+_CONTACT: Final = ROW - 1
+
+
+@dataclass(frozen=True)
+class Watched:
+    """The state of a learner; never changed.
+
+    Attributes:
+        rows: (n, ROW) samples without a gap, of one object.
+        left: (n,) what the estimator left then, over its noise.
+        windows: that are looked at together the next time.
+        question: that is not answered yet.
+        message: that was told last; None: none was.
+        status: what the learner is about.
+        before: what was left when the laws that are told were asked for; NaN: that has been looked into.
+    """
+
+    rows: Array = field(default_factory=lambda: np.empty((0, ROW)))
+    left: Array = field(default_factory=lambda: np.empty(0))
+    windows: int = 1
+    question: Question | None = None
+    message: ModelMessage | None = None
+    status: LearnerStatus = LearnerStatus.WATCHING
+    before: float = math.nan
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    def seeing(self, rows: Array, left: float, sample: float, options: Learning) -> Self:
+        """With further samples (k, ROW), of which the estimator leaves so much."""
+        most = round(_LONGEST * _MOST * options.window / sample)
+        kept = np.concatenate([self.rows, rows])[-most:]
+        of_each = np.concatenate([self.left, np.full(len(rows), left)])[-most:]
+        return replace(self, rows=kept, left=of_each)
+
+    def anew(self) -> Self:
+        """Without what was seen: it was of another object, or time broke off."""
+        return replace(self, rows=self.rows[:0], left=self.left[:0])
+
+    def window(self, sample: float, options: Learning) -> slice | None:
+        """The latest samples that hold as much contact as is to be looked at; None: there is not so much."""
+        wanted = round(self.windows * options.window / sample)
+        touching = np.flatnonzero(self.rows[:, _CONTACT] > 0.5)
+        return slice(int(touching[-wanted]), len(self.rows)) if len(touching) >= wanted else None
+
+    def left_of(self, window: slice) -> float:
+        """What the estimator leaves of the later half of the contact in a window, over its noise: the median."""
+        of_contact = self.left[window][self.rows[window, _CONTACT] > 0.5]
+        return float(np.median(of_contact[len(of_contact) // 2 :]))
+
+    def asking(self, question: Question) -> Self:
+        """While a question is looked into."""
+        return replace(self, question=question, status=LearnerStatus.LOOKING)
+
+    def answered(self, answer: Answer | None, doubtful: bool) -> Self:
+        """With an answer to its question, None for none.
+
+        Laws enter only where the latest contact is doubtful still: it may be another object's.
+        """
+        question = self.question
+        assert question is not None  # which was answered
+        rested = replace(self, question=None, windows=min(self.windows + 1, _MOST)).anew()
+        if answer is None:
+            return replace(rested, status=LearnerStatus.FAILED)
+        if not answer.settled:
+            return replace(rested, status=answer.status)
+        if not (answer.laws or self.laws) or (answer.laws and not doubtful):
+            return replace(rested, status=self.standing)
+        message = ModelMessage(answer.theta, answer.laws, number=self._number)
+        before = question.left if answer.laws else math.nan
+        return replace(rested, windows=1, before=before, message=message, status=answer.status)
+
+    def judged(self, left: float, options: Learning) -> Self:
+        """After a window of contact with the laws that are told: they leave again if they do not earn their place."""
+        if math.isnan(self.before) or not self.laws:
+            return self
+        if left > options.doubt and left > _EARNS * self.before:
+            message = ModelMessage(UNKNOWN_THETA, number=self._number)
+            gone = replace(self, message=message, windows=min(self.windows + 1, _MOST))
+            return replace(gone, before=math.nan, status=LearnerStatus.CANNOT_TELL).anew()
+        return replace(self, before=math.nan)
+
+    @property
+    def laws(self) -> tuple[ToldEffect, ...]:
+        """That are told."""
+        return () if self.message is None else self.message.effects
+
+    @property
+    def standing(self) -> LearnerStatus:
+        """What it is about where nothing is new."""
+        return LearnerStatus.TOLD if self.laws else LearnerStatus.WATCHING
+
+    @property
+    def _number(self) -> int:
+        return 1 if self.message is None else self.message.number + 1

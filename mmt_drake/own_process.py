@@ -1,0 +1,124 @@
+"""Work beside the clock, in a process of its own: a thread would hold the interpreter's lock against the loop."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import weakref
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from typing import Any
+
+from mmt_drake.closing import Closing
+from mmt_drake.errors import MmtError
+
+_READY = "ready"
+_BEGINS_WITHIN, _ENDS_WITHIN = 300.0, 1.0  # [s], of which most is for what has yet to be compiled
+
+
+class OwnProcess(Closing):
+    """A process that answers in its turn, begun when this is made; one that has ended is not begun again.
+
+    Attributes:
+        process: the process.
+
+    Args:
+        module: that has a function `serve(handle)`, its main function, which is to use `served`.
+        first: what that is given first.
+        what: it does, for a message: "the process for its fits".
+
+    Raises:
+        MmtError: the process cannot be begun.
+    """
+
+    def __init__(self, module: str, first: object, what: str) -> None:
+        self._line, there = Pipe()
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        program = [sys.executable, "-c", f"from {module} import serve; serve({there.fileno()})"]
+        self.process = subprocess.Popen(program, pass_fds=[there.fileno()], env=environment, stdin=subprocess.DEVNULL)
+        there.close()
+        self._finalizer = weakref.finalize(self, _end, self._line, self.process)
+        self._news = select.poll()  # made once: `Connection.poll` takes as long as the news
+        self._news.register(self._line.fileno(), select.POLLIN)
+        try:
+            self._line.send(first)
+            told = self._line.recv() if self._line.poll(_BEGINS_WITHIN) else f"nothing in {_BEGINS_WITHIN:g} s"
+        except (OSError, EOFError):
+            told = "it ended"
+        if told != _READY:
+            self.close()
+            raise MmtError(f"{what} did not begin: {told}")
+
+    def close(self) -> None:
+        """End the process; may be called again."""
+        self._finalizer()
+
+    def send(self, asked: bytes) -> bool:
+        """Ask it; False: the process has ended."""
+        try:
+            self._line.send_bytes(asked)
+        except OSError:
+            return False
+        return True
+
+    def is_done(self) -> bool:
+        """Whether there is an answer, or the process has ended; never waits."""
+        return bool(self._news.poll(0))
+
+    def answer(self) -> bytes:
+        """Its answer, for which it waits; nothing: the process has ended, or could not answer."""
+        try:
+            return self._line.recv_bytes()
+        except (OSError, EOFError):
+            return b""
+
+
+def _end(line: Connection, process: subprocess.Popen[bytes]) -> None:
+    """The process ends by itself once its line does."""
+    line.close()
+    try:
+        process.wait(_ENDS_WITHIN)
+    except subprocess.TimeoutExpired:  # in long work
+        process.kill()
+        process.wait()
+
+
+def served(handle: int, begin: Callable[[Any], Callable[[bytes], bytes | None]], what: str) -> None:
+    """Answer until the line at a file handle ends: what a main function of such a process does.
+
+    Args:
+        handle: of the line.
+        begin: called with what is given first; makes what is called with what is asked and answers, with None for
+            nothing. One that raises has answered with no bytes, and says why once.
+        what: it does, for that line.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a person's Ctrl-C is the loop's
+    said: set[str] = set()
+    with suppress(OSError, EOFError), Connection(handle) as line:
+        first = line.recv()
+        try:
+            answer = begin(first)
+        except Exception as error:
+            line.send(str(error) or repr(error))
+            return
+        line.send(_READY)
+        while True:
+            told: bytes | None = b""
+            asked = line.recv_bytes()
+            try:
+                told = answer(asked)
+            except Exception as error:  # whatever it was, the run goes on
+                _say(f"{what} failed: {error!r}", said)
+            if told is not None:
+                line.send_bytes(told)
+
+
+def _say(line: str, said: set[str]) -> None:
+    """Write a line to standard error if it is not among those `said`, and if there is anyone to read it."""
+    if line not in said:
+        said.add(line)
+        with suppress(OSError):
+            print(line, file=sys.stderr, flush=True)
