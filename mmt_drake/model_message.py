@@ -54,6 +54,13 @@ class ToldEffect:
     name: str
     parameters: dict[str, float] = field(hash=False)
 
+    @property
+    def words(self) -> str:
+        """As a person reads it: `nonlinear stiffness (k3 = 3e+06 N/m^3)`."""
+        units = {p.symbol: "" if p.unit == "1" else f" {p.unit}" for p in LIBRARY[self.name].parameters}
+        values = ", ".join(f"{symbol} = {value:.3g}{units[symbol]}" for symbol, value in self.parameters.items())
+        return f"{self.name.replace('_', ' ')} ({values})"
+
 
 @dataclass(frozen=True)
 class ModelMessage:

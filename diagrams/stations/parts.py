@@ -19,6 +19,7 @@ from mmt_drake.diagrams.stations.nets import shown_first
 from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.hw.link.options import TELEROBOT
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.network.config import ChannelConfig
@@ -176,11 +177,12 @@ def while_well(site: Site) -> WhileWell | None:
 
 def learner(site: Site) -> System | None:
     """What names physics that the estimator's numbers leave out."""
-    if site.scenario.learner is None:
+    chosen = site.scenario.estimator
+    if site.scenario.learner is None or not isinstance(chosen, OutputErrorOptions):
         return None
     from mmt_drake.learning.law_learner import LawLearner  # and with it the diagnosis
 
-    first = ModelMessage.from_vector(site.scenario.estimator.model)
+    first = ModelMessage.from_vector(chosen.model)
     return LawLearner(site.scenario.learner, step=site.step, worker=site.worker, first=first)
 
 

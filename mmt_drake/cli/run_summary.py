@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
+from mmt_drake.analysis.learned import Learned, learned
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.model_trust import ModelTrust, model_trust
 from mmt_drake.analysis.passivity import Passivity, passivity
@@ -24,10 +25,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-_FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | ModelTrust | ForceLateness | None]]] = {
+_FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | ModelTrust | ForceLateness | Learned | None]]] = {
     "zero": zeroing,
     "model": model_trust,
     "force_lateness": force_lateness,
+    "learned": learned,
 }
 """Further figures of a run: their key, and what finds them in the recording; None where that knows nothing of them."""
 

@@ -85,7 +85,8 @@ def look(rows: Array, sample: float, theta: Array, executor: Executor) -> Answer
     Raises:
         MmtError: the contact is none that could be diagnosed.
     """
-    recording = Recording(np.arange(len(rows)) * sample, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
+    time: Array = np.arange(len(rows), dtype=np.float64) * sample
+    recording = Recording(time, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
     m, k1, k2, b1, b2, Fc, k, b = np.fmax(theta[: len(_LEAST)], list(_LEAST.values())).tolist()
     model = FlexibleBoxModel(BoxParameters(m, k1, k2, b1, b2, Fc), NormalContact(k, b))
     return answer_of(diagnose([recording], model, executor=executor))

@@ -46,17 +46,19 @@ class LawLearner(KernelSystem, Closing):
         - status
         - readout
 
-    Inputs: `measurement` (9), position [m], velocity [m/s] and force on the probe [N] in the table frame; `in_contact`
-    (1), 0.0 or 1.0; of an estimator beside it `theta` (10), `model_status` (1) and `residual_ratio` (1), see
-    `OutputErrorEstimator`.
+    Inputs, the last three of an estimator beside it:
+
+    - `measurement` (9): position [m], velocity [m/s] of the probe and force on it [N] in the table frame.
+    - `in_contact` (1): 0.0 or 1.0.
+    - `theta` (10), `model_status` (1), `residual_ratio` (1): as of `OutputErrorEstimator`.
 
     Outputs, states, hence younger than the inputs:
 
-    - `model` (MESSAGE_SIZE): the message that is told (`mmt_drake.model_message`); zeros as long as there is none.
+    - `model` (28): the message that is told (`mmt_drake.model_message`); zeros as long as there is none.
     - `status` (1): of `mmt_drake.learning.answer.LearnerStatus`: 0 the numbers explain the contact, 1 a diagnosis is
       under way, 2 laws are told, 3 what was found last is not to be felt, 4 what is left has no name so far, 5 the
       diagnosis failed.
-    - `readout` (MESSAGE_SIZE + 1 and the memory): both, then the memory.
+    - `readout` (29 and the memory): both, then the memory.
 
     Args:
         options: how it goes about it.

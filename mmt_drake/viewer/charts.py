@@ -8,7 +8,10 @@ from dataclasses import asdict, dataclass
 import jinja2
 
 from mmt_drake.analysis.plotting import ESTIMATED, GREEN, MEASURED, RENDERED
+from mmt_drake.effects import LIBRARY, Effect
+from mmt_drake.model.message_layout import EFFECTS, ENTRY, MESSAGE
 from mmt_drake.model.parameters import THETA_UNITS
+from mmt_drake.model_message import code_of
 from mmt_drake.viewer.scene import LEGEND
 
 SHOWN_SECONDS = 10.0
@@ -71,17 +74,21 @@ MODEL_WORDS = (
     "not every number is known yet",
 )
 """By `mmt_drake.estimation.output_error.adequacy.ModelStatus`."""
+LEARNER_WORDS = ("", "looking for what is missing", "", "what is missing is not to be felt", "no name for it", "")
+"""By `mmt_drake.learning.answer.LearnerStatus`; laws that are told speak for themselves."""
 
 _FORCES = {"true": "true_force", "estimated": "estimated_force", "measured": "force", "rendered": "rendered_force"}
 _DRAWN = {"true": (GREEN, 5.0), "estimated": (ESTIMATED, 3.0), "measured": (MEASURED, 1.5), "rendered": (RENDERED, 1.5)}
 """Colour and width: where lines are one, all are seen, the first below."""
-_TOLD = ("in_contact", "theta_stable", "model_status")
+_TOLD = ("in_contact", "theta_stable", "model_status", "learner_status")
+_LAWS = MESSAGE[EFFECTS:]
 #: What a sample of a station holds: numbers in this order, NaN where one is not known.
 COLUMNS = (
     "time",
     *(f"{name}_{axis}" for name in _FORCES.values() for axis in "xyz"),
     *_TOLD,
     *(f"theta_{symbol}" for symbol in THETA_UNITS),
+    *_LAWS,
 )
 
 _NOT_KNOWN = (math.nan,) * len(THETA_UNITS)
@@ -116,8 +123,11 @@ def sample(time: float, values: Mapping[str, Sequence[float]]) -> list[float]:
     """A sample of `station_panels`, of values by the names of the ports of `mmt_drake.systems.live_view.LiveView`."""
     parts = {"measured": values.get("measurement", _NOT_KNOWN)[6:9]}
     parts |= {label: values.get(name, _NOT_KNOWN[:3]) for label, name in _FORCES.items() if label != "measured"}
-    told = [values.get(name, _NOT_KNOWN)[0] for name in ("in_contact", "stable", "model_status")]
-    return [time, *(number for label in _FORCES for number in parts[label]), *told, *values.get("theta", _NOT_KNOWN)]
+    ports = ("in_contact", "stable", *_TOLD[2:])
+    told = [values.get(name, _NOT_KNOWN)[0] for name in ports]
+    laws = values.get("model", (0.0,) * len(MESSAGE))[EFFECTS:]
+    forces = (number for label in _FORCES for number in parts[label])
+    return [time, *forces, *told, *values.get("theta", _NOT_KNOWN), *laws]
 
 
 def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: bool = False) -> str:
@@ -132,13 +142,17 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mmt_drake.viewer", "templates"), undefined=jinja2.StrictUndefined
     )
-    contact, stable, model = (panels.columns.index(name) if name in panels.columns else -1 for name in _TOLD)
+    contact, stable, model, learner = (panels.columns.index(name) if name in panels.columns else -1 for name in _TOLD)
     settings = {
         "width": len(panels.columns),
         "contact": contact,
         "stable": stable,
         "model": model,
         "models": MODEL_WORDS,
+        "learner": learner,
+        "learners": LEARNER_WORDS,
+        "laws": [panels.columns.index(name) for name in _LAWS[::ENTRY] if name in panels.columns],
+        "effects": {f"{code_of(name):.0f}": _law_words(effect) for name, effect in LIBRARY.items()},
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in panels.charts],
         "truth": GREEN,
@@ -147,3 +161,9 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
     legend = LEGEND if panels.scene else ()
     text = json.dumps(settings).replace("<", "\\u003c")  # a name from a file ends no script
     return environment.get_template("live.html.j2").render(settings=text, notices=notices, legend=legend)
+
+
+def _law_words(effect: Effect) -> list[str]:
+    """The name of an effect and the units of its parameters by their symbols, for people."""
+    values = (f"{p.symbol} = #" + ("" if p.unit == "1" else f" {p.unit}") for p in effect.parameters)
+    return [effect.name.replace("_", " "), *values]

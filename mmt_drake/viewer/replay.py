@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mmt_drake.analysis.plotting import MEASURED
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
+from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model.parameters import THETA
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
@@ -170,9 +171,11 @@ def _of_station(recording: Recording, rows: NDArray[np.int64]) -> dict[str, Arra
         found["proxy"] = vector("proxy_position")
     found |= {name: vector(name) for name in _FORCES if recording.has_vector(name)}
     flags = {"in_contact": "detected_contact" if "detected_contact" in recording else "in_contact"}
-    flags |= {"stable": "theta_stable", "model_status": "model_status"}
+    flags |= {"stable": "theta_stable", "model_status": "model_status", "learner_status": "learner_status"}
     found |= {port: stacked(name) for port, name in flags.items() if name in recording}
     if "body_position_x" in recording:
         found["body_position"] = stacked("body_position_x", "body_position_y")
+    if "model_number" in recording:
+        found["model"] = stacked(*(f"model_{name}" for name in MESSAGE))
     found["theta"] = stacked(*(f"theta_{symbol}" for symbol in THETA))
     return found

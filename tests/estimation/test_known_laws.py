@@ -5,7 +5,7 @@ import pytest
 from hand_and_box import OBJECT, contact, free_running_error
 
 from mmt_drake.errors import BadInput, MmtError
-from mmt_drake.estimation.output_error.layout import READOUT_SIZE, STATUS, Status
+from mmt_drake.estimation.output_error.layout import MODEL, STATUS, Status
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model_files import with_effects
@@ -42,9 +42,9 @@ def test_a_law_too_fast_to_follow_is_left_out_and_the_run_goes_on() -> None:
     estimator = OutputErrorEstimator(OutputErrorOptions(effects=(fast,)))
     readout, statuses = estimator.CreateDefaultContext().get_discrete_state().value().copy(), []
     for t, *sample, flag in tick:
-        estimator._step(t, readout, np.array(sample), np.array([flag]), None, None)
+        estimator._step(t, readout, np.array(sample), np.array([flag]), None, None, None)
         statuses.append(readout[STATUS].item())
-    assert np.isfinite(readout[:READOUT_SIZE]).all()
+    assert np.isfinite(readout[: MODEL.start]).all()
     assert statuses.count(Status.NO_FIT) == 1 and statuses[-1] == Status.LEARNING
     stiff = ToldEffect("presliding_friction", {"sigma0": 1e12, "sigma1": 0.0, "Fs": 0.4, "v_s": 0.01})
     with pytest.raises(MmtError, match="too stiff"):

@@ -95,6 +95,8 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "intended": motion,
     "remote_force": force,
     "remote_energy": lambda t: np.array([0.01, 0.02, 0.03]) * t,
+    "residual_ratio": lambda t: np.array([1.0 + 0.1 * np.sin(3.0 * t)]),
+    "learner_status": lambda t: np.array([float(round(5.0 * t) % 3)]),
     "model_status": lambda t: np.array([float(round(20.0 * t) % 2)]),
     "high_band": lambda t: np.array([300.0 + 20 * np.sin(t), 20.0, 0.5]),
     "point_cloud": surface,

@@ -19,6 +19,7 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.probe import ProbeOptions
 from mmt_drake.foreign.numbers import Numbers
 from mmt_drake.foreign.options import ForeignSensors
+from mmt_drake.learning.law_learner import LawLearner
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -254,4 +255,5 @@ CASES: dict[str, Case] = {
     "OutputErrorEstimator": Case(
         lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body", "model_status"})
     ),
+    "LawLearner": Case(lambda folder: LawLearner(), still=frozenset({"model", "status"})),
 }

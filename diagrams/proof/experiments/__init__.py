@@ -19,6 +19,7 @@ MODULES: Final = {
     "cloud": "cloud_report",
     "fit": "first_models",
     "device": "device",
+    "learning": "learning",
     **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }
 """Name -> the module here that has it among its `STUDIES`."""

@@ -5,6 +5,7 @@ the plant's force without noise, in contact, after 5 s of contact, unless a targ
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 from mmt_drake.analysis.hand import AT_REST
@@ -77,6 +78,11 @@ ENGINE_COST: Final = Target("a step", "us")
 FALSE_ALARMS: Final = Target("false alarms", "contacts", to_reach=0.0)
 NOTICED: Final = Target("noticed at the latest after", "s of contact", to_reach=1.0)
 """The estimator's word on its own model, in `experiment adequacy`."""
+NOT_ENTERED: Final = Target("laws that did not enter in time", to_reach=0.2)
+WRONG_LAWS: Final = Target("runs in which a wrong law was told", to_reach=1.0 / 150.0)
+FELT_AFTER: Final = Target("rendered force after the laws have entered, at worst", to_reach=0.015)
+FELT_AFTER_FOREIGN: Final = replace(FELT_AFTER, to_reach=0.04)
+"""What a learner tells, in `experiment learning`."""
 LATE_BY: Final = Target("sum of delay and time constant off by", "s", to_reach=0.0005)
 LATE_ERROR: Final = Target("rendered force after 0.5 s of contact", to_reach=0.03)
 """Of a force that is measured late, in `experiment late`, at worst."""

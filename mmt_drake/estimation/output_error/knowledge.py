@@ -1,7 +1,7 @@
 """What the estimator knows after a fit."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple, Self
 
@@ -14,6 +14,7 @@ from mmt_drake.estimation.output_error.unknowns import (
     FRICTION,
     LATENESS,
     OBJECT,
+    UNKNOWNS,
     Information,
     Stick,
     derivatives,
@@ -25,6 +26,9 @@ from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import FORCE_LATENESS, THETA
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
+
+FIRST_NOISE = 0.05
+"""[N], before there is a fit to tell it from."""
 
 
 class Told(NamedTuple):
@@ -116,6 +120,11 @@ class Knowledge:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
+
+    def of_another(self, **changes: Any) -> Self:
+        """The same but for these, where another object or model is to be fitted: nothing is known of what it leaves."""
+        nothing = np.zeros(UNKNOWNS)
+        return replace(self, noise=FIRST_NOISE, noise_slope=nothing, noise_share=nothing, rival=None, **changes)
 
     @property
     def rests(self) -> bool:

@@ -8,10 +8,10 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import TOO_MUCH, Adequacy, ModelStatus, is_unexcited, left_of_latest
+from mmt_drake.estimation.output_error.along_normal import said_along_normal
 from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.fit import Objective, comparable
-from mmt_drake.estimation.output_error.knowledge import Knowledge
-from mmt_drake.estimation.output_error.lateness import late_means
+from mmt_drake.estimation.output_error.knowledge import FIRST_NOISE, Knowledge
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_sought
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
 from mmt_drake.estimation.output_error.trials import better_stick, start_elsewhere
@@ -25,7 +25,7 @@ from mmt_drake.estimation.output_error.unknowns import (
     prior_information,
     unknowns,
 )
-from mmt_drake.estimation.output_error.window import FORCE, MOTION_GOOD, STAMP, Window
+from mmt_drake.estimation.output_error.window import MOTION_GOOD, STAMP, Window
 from mmt_drake.model.held_body import NO_REPORT, report
 from mmt_drake.model.message_layout import MESSAGE_NUMBER
 from mmt_drake.model.plane_call import planar
@@ -34,7 +34,6 @@ from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import Minimum
 from mmt_drake.told_laws import told_by_bytes
 
-_FIRST_NOISE = 0.05  # [N], before there is a fit to tell it from
 _FITS_PER_WINDOW = 75  # a window is fitted so often in the time that it covers, or each period: cost stays even
 _DROPPED = 0.2  # share of a full window that is let go at once
 _SHORT_S = 3.0  # a window is fitted with more steps at a time as long as it is shorter
@@ -75,7 +74,7 @@ class Learner:
             normal=np.array([prior.normal_k, prior.normal_b]),
             memory=Information.none(),
             normal_memory=Information.none(2),
-            noise=_FIRST_NOISE,
+            noise=FIRST_NOISE,
             noise_slope=np.zeros(UNKNOWNS),
             noise_share=np.zeros(UNKNOWNS),
             covariance=known.covariance(),
@@ -138,17 +137,12 @@ class Learner:
         x = known.x
         if np.isfinite(message.theta).all():
             x = np.concatenate([unknowns(np.array(message.theta))[OBJECT], x[LATENESS]])
-        anew = replace(
-            known,
+        anew = known.of_another(
             window=window,
             start=start,
             x=x,
             stick=Stick(),
             memory=memory,
-            noise=_FIRST_NOISE,
-            noise_slope=np.zeros(UNKNOWNS),
-            noise_share=np.zeros(UNKNOWNS),
-            rival=None,
             adequacy=Adequacy(),
             trusted=None,
             model=model,
@@ -283,17 +277,12 @@ class Learner:
             return None
         part = window.shortened(count)
         part.weight[: round(_BEFORE_S / self.h)] = 0.0  # when it was is not known that well
-        alone = replace(
-            known,
+        alone = known.of_another(
             window=part,
             start=Beginning.known(start),
             stick=stick,
             memory=before.known.plus(said).only(LATENESS),  # the sensor is the same
             normal_memory=Information.none(2),
-            noise=_FIRST_NOISE,
-            noise_slope=np.zeros(UNKNOWNS),
-            noise_share=np.zeros(UNKNOWNS),
-            rival=None,
         )
         objective = self._objective(alone)
         starts = x, known.x, start_elsewhere(self._prior(alone), known.fits, part.largest_force())
@@ -359,21 +348,3 @@ class Learner:
         except MmtError:
             pass
         return replace(known, window=known.window.shortened(count), start=start, memory=memory, normal_memory=normal)
-
-
-def said_along_normal(window: Window, h: float, part: slice, x: Array, noise: float) -> Information:
-    """What a part of a window says of k and b of the normal axis.
-
-    Args:
-        window: the samples.
-        h: time between them [s].
-        part: which of them.
-        x: unknowns of the fit along x and y: the force along the normal is as late.
-        noise: deviation of the force of each sample [N].
-    """
-    weight = comparable(window, h)[part, 2] / noise
-    push = -window.motion[:, [2, 5]].T * window.contact
-    late = np.empty_like(push)
-    late_means(push, h, 1, x[LATENESS], late)
-    psi = late.T[part] * weight[:, np.newaxis]
-    return Information(psi.T @ psi, psi.T @ (window.samples[part, FORCE][:, 2] * weight))

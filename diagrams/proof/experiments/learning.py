@@ -1,0 +1,228 @@
+"""Objects with physics that ten numbers do not tell: what a learner names while they are felt, and what that brings."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import numpy as np
+
+from mmt_drake.analysis.learned import SETTLES_S, Learned, learned
+from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.diagrams.proof.experiments.targets import FELT_AFTER, FELT_AFTER_FOREIGN, NOT_ENTERED, WRONG_LAWS
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
+from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.stations.scenario import load_scenario, scenario_from
+from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.recording import Recording, load
+
+SECONDS: Final = 50.0
+SOON_S: Final = 20.0
+"""Contact, and the declared delay beside it, within which a law is to have entered."""
+
+LAWS: Final[Mapping[str, Mapping[str, float]]] = {
+    "nonlinear_stiffness": {"k3": 3.0e6},
+    "hunt_crossley_damping": {"lambda": 300.0},
+    "viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.3},
+    "hardening_relaxation": {"k3_maxwell": 3.0e6, "tau": 0.3},
+    "hysteresis": {"alpha": 300.0, "beta": 150.0},
+    "second_mode": {"m2": 0.5, "k": 500.0, "b": 3.0},
+    "end_stop": {"position": 0.01, "stiffness": 1000.0},
+    "stribeck_friction": {"Fs": 2.5, "v_s": 0.03},
+    "presliding_friction": {"sigma0": 500.0},
+    "load_dependent_friction": {"mu": 0.3},
+    "quadratic_drag": {"c": 100.0},
+}
+"""Passive laws that are felt, with values at which the numbers alone are noticeably off."""
+FOREIGN: Final[Mapping[str, Mapping[str, float]]] = {
+    "nonlinear_stiffness": {"k3": 3.0e6},
+    "hunt_crossley_damping": {"hunt_crossley": 300.0},
+    "end_stop": {"wall": 0.01, "wall_k": 1000.0},
+}
+"""Those that the foreign plant has, under its own names."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of object and of station.
+
+    Attributes:
+        laws: of the library, that the object has.
+        plant: own or foreign.
+        delay: of the network each way [s].
+        first: laws that estimator and renderer are told at first.
+        motion: of the hand.
+    """
+
+    laws: tuple[str, ...]
+    plant: str = "own"
+    delay: float = 0.0
+    first: tuple[str, ...] = ()
+    motion: str = "strokes"
+
+    @property
+    def label(self) -> str:
+        """For a table."""
+        parts = [" + ".join(name.replace("_", " ") for name in self.laws) or "none", self.plant]
+        parts += [f"{1e3 * self.delay:g} ms"] if self.delay else []
+        parts += [f"told {' + '.join(self.first).replace('_', ' ')} at first"] if self.first else []
+        parts += [self.motion] if self.motion != "strokes" else []
+        return ", ".join(parts)
+
+    def scenario(self, number: int, seed: int) -> dict[str, Any]:
+        """As YAML would have it; of each number another draw of object and noise."""
+        random = np.random.default_rng((seed, number))
+        factors = random.uniform(0.7, 1.4, 5) if number else np.ones(5)
+        own = dict(zip(("m", "k2", "b1", "b2", "Fc"), (factors * (1.0, 500.0, 60.0, 60.0, 0.5)).tolist(), strict=True))
+        thing: dict[str, Any] = {"parameters": {**own, "k1": 0.0}, "normal": {"k": 500.0, "b": 60.0}}
+        world: dict[str, Any] = {"object": thing, "noise": {"force": 0.02, "position": 1e-5, "velocity": 5e-4}}
+        if self.plant == "foreign":
+            own_names = {symbol: value for law in self.laws for symbol, value in FOREIGN[law].items()}
+            world = {"!": "ForeignBox", **world, "laws": own_names}
+        else:
+            thing["effects"] = [{"name": name, "parameters": dict(LAWS[name])} for name in self.laws]
+        told = [{"name": name, "parameters": dict(LAWS[name])} for name in self.first]
+        return {
+            "name": "learning",
+            "seed": 1000 * seed + number,
+            "operator": {"!": "Scripted", "motion": self.motion},
+            "environment": world,
+            "estimator": {"!": "OutputErrorOptions", "effects": told},
+            "to_telerobot": {"delay": self.delay},
+            "to_operator": {"delay": self.delay},
+        }
+
+
+KINDS: Final = (
+    *(Kind((name,)) for name in LAWS),
+    *(Kind((name,), plant="foreign") for name in FOREIGN),
+    Kind(()),
+    Kind((), plant="foreign"),
+    Kind(("nonlinear_stiffness", "viscoelastic_relaxation")),
+    Kind((), first=("nonlinear_stiffness",)),
+    Kind(("hunt_crossley_damping",), first=("nonlinear_stiffness",)),
+    Kind(("nonlinear_stiffness",), delay=0.4),
+    Kind(("nonlinear_stiffness",), motion="reaches"),
+)
+
+
+@dataclass(frozen=True)
+class LearningCase:
+    """One run.
+
+    Attributes:
+        number: of the draw.
+        kind: `Kind.label`.
+        laws: that the object has.
+        plant: own or foreign.
+        told: laws of the last message.
+        wrong: laws that were told after the first message and that the object has not.
+        entered_s: contact when all its laws, and no others, were first told; None: they never were, or it has none.
+        before, after: error of the rendered force along x and y, against the plant's without noise: until the first
+            message of the learner, and from the last on.
+    """
+
+    number: int
+    kind: str
+    laws: tuple[str, ...]
+    plant: str
+    told: tuple[str, ...]
+    wrong: tuple[str, ...]
+    entered_s: float | None
+    before: float | None
+    after: float | None
+
+
+def run_case(number: int, kind: Kind, seed: int) -> LearningCase:
+    """One object, felt and learned."""
+    learner = load_scenario("setup1-learning")
+    scenario = scenario_from(kind.scenario(number, seed))
+    scenario = replace(scenario, learner=learner.learner, renderer=learner.renderer, switching=learner.switching)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "run.mcap"
+        build_station(scenario, record=file).simulate(SECONDS)
+        return _case(number, kind, load(file))
+
+
+def _case(number: int, kind: Kind, recording: Recording) -> LearningCase:
+    found = learned(recording)
+    found = Learned(None, ()) if found is None else found
+    told = [tuple(sorted(effect.name for effect in model.effects)) for model in found.told]
+    laws, new = tuple(sorted(kind.laws)), told[1:] if kind.first else told
+    errors = [found.before, *(model.error for model in found.told)]
+    right = [model.contact for model, names in zip(found.told, told, strict=True) if names == laws and laws]
+    return LearningCase(
+        number,
+        kind.label,
+        laws,
+        kind.plant,
+        told[-1] if told else (),
+        tuple(sorted({name for names in new for name in names if name not in laws})),
+        right[0] if right else None,
+        errors[1] if kind.first and len(errors) > 1 else errors[0],
+        errors[-1] if len(errors) > 1 else None,
+    )
+
+
+def tasks_of(count: int, seed: int) -> list[partial[LearningCase]]:
+    """Every kind with so many objects."""
+    return [partial(run_case, number, kind, seed) for number in range(count) for kind in KINDS]
+
+
+def report_of(cases: Sequence[LearningCase], seed: int = 0) -> Report:
+    """What it comes to."""
+    delay = load_scenario("setup1-learning").learner
+    assert delay is not None  # as it ships
+    latest = SOON_S + delay.delay
+    having = [case for case in cases if case.laws]
+    soon = [case for case in having if case.entered_s is not None and case.entered_s <= latest]
+    wrong = [case for case in cases if case.wrong]
+    reached = [
+        Reached(f"{len(having)} objects with a law", NOT_ENTERED, 1.0 - len(soon) / max(len(having), 1)),
+        Reached(f"{len(cases)} runs", WRONG_LAWS, len(wrong) / max(len(cases), 1)),
+    ]
+    for plant, target in (("own", FELT_AFTER), ("foreign", FELT_AFTER_FOREIGN)):
+        after = [case.after for case in having if case.plant == plant and case.told == case.laws and case.after]
+        if after:
+            reached.append(Reached(f"{len(after)} laws that entered, {plant} plant", target, max(after)))
+    sentences = [
+        f"Of {len(having)} objects with a law that is felt, all their laws and no other entered within {SOON_S:g} s of "
+        f"contact and the declared delay of {delay.delay:g} s in {len(soon)}; in {len(wrong)} of {len(cases)} runs a "
+        "law was told that the object has not."
+    ]
+    return report_of_cases(
+        "learning",
+        seed,
+        cases,
+        title="What is diagnosed is felt",
+        lead=(
+            f"Set-up 1 as `setup1-learning` has it, {SECONDS:g} s of strokes each: the thesis's object (the first "
+            "draw; others scatter by 0.7 to 1.4) with a law that its ten numbers do not tell. Errors are of the "
+            "rendered force along x and y, against the plant's without noise: before the learner's first message, and "
+            f"from {SETTLES_S:g} s after its last. The own plant shares the law's kernel with the renderer, the "
+            f"foreign one nothing; seed {seed}."
+        ),
+        heading="Laws that entered",
+        table=learning_table(cases),
+        by="By object",
+        sentences=sentences,
+        reached=reached,
+    )
+
+
+def learning_table(cases: Sequence[LearningCase]) -> Table:
+    """Case by case."""
+    rows: list[list[Cell]] = []
+    for case in cases:
+        told = " + ".join(case.told).replace("_", " ") or "nothing"
+        wrong = ", ".join(case.wrong).replace("_", " ") or "none"
+        errors = [None if error is None else 100.0 * error for error in (case.before, case.after)]
+        rows.append([case.kind, case.number, told, case.entered_s, wrong, *errors])
+    headers = ["object", "draw", "told in the end", "entered after [s of contact]", "wrong laws told"]
+    return Table([*headers, "force off before [%]", "after [%]"], rows, "What was told, and what it brought.")
+
+
+CASES: Final = DrawnCases("learning", "runs", 1, tasks_of, report_of)
+STUDIES: Final = {CASES.name: CASES.study}

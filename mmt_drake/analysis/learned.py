@@ -1,0 +1,113 @@
+"""Laws that came to be told while a run went on, and what that changed in what was felt."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from mmt_drake.analysis.signals import component, delayed, flag, mean_step
+from mmt_drake.analysis.wording import percent
+from mmt_drake.errors import BadInput
+from mmt_drake.model.message_layout import MESSAGE
+from mmt_drake.model_message import ModelMessage, ToldEffect
+from mmt_drake.numeric.arrays import Array, Flags
+from mmt_drake.recording.recording import Recording
+from mmt_drake.recording.two_recordings import DELAY
+
+SETTLES_S: Final = 1.0
+"""After a message, in which its laws enter; it counts neither as before nor as after."""
+_FIRST_S: Final = 0.5  # of the run's contact, which tells nothing of laws
+
+
+@dataclass(frozen=True)
+class ToldModel:
+    """One message of a run.
+
+    Attributes:
+        at: when it was taken up [s].
+        contact: how much contact there had been [s].
+        effects: that it tells.
+        error: of the rendered force along x and y against the plant's, in contact, until the next message; against the
+            plant's without noise, where that is recorded. None: there was no contact.
+    """
+
+    at: float
+    contact: float
+    effects: tuple[ToldEffect, ...]
+    error: float | None
+
+
+@dataclass(frozen=True)
+class Learned:
+    """The messages of a run.
+
+    Attributes:
+        before: error of the rendered force until the first, as of `ToldModel`.
+        told: message by message.
+    """
+
+    before: float | None
+    told: tuple[ToldModel, ...]
+
+    def line(self) -> str:
+        """For a terminal."""
+        parts = [f"rendered force off by {percent(self.before)}"]
+        for model in self.told:
+            laws = " and ".join(effect.words for effect in model.effects) or "no law"
+            parts.append(f"from {model.at:.2f} s on {laws}: {percent(model.error)}")
+        return f"told while it was felt: {'; '.join(parts)}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as data."""
+        told = [
+            {
+                "at_s": model.at,
+                "contact_s": model.contact,
+                "effects": [{"name": e.name, "parameters": e.parameters} for e in model.effects],
+                "error": model.error,
+            }
+            for model in self.told
+        ]
+        return {"before": self.before, "told": told}
+
+
+def learned(recording: Recording) -> Learned | None:
+    """What was told in a recording; None where nothing was that could be."""
+    columns = [f"model_{name}" for name in MESSAGE]
+    numbers = recording[columns[MESSAGE.index("number")]] if columns[0] in recording else np.zeros(1)
+    if not numbers.any() or "in_contact" not in recording:
+        return None
+    step, contact = mean_step(recording), flag(recording, "in_contact")
+    seconds = step * np.cumsum(contact)
+    try:
+        off = _off(recording, step)
+    except BadInput:
+        off = None
+
+    def error(samples: Flags) -> float | None:
+        if off is None or not samples.any():
+            return None
+        return float(np.sqrt(np.sum(off[0][samples]) / np.sum(off[1][samples])))
+
+    starts = np.flatnonzero(np.diff(numbers, prepend=0.0) != 0.0)
+    ends = [*starts[1:].tolist(), len(numbers)]
+    at = np.arange(len(numbers))
+    told = []
+    for start, end in zip(starts.tolist(), ends, strict=True):
+        message = ModelMessage.from_vector(np.array([recording[column][start] for column in columns]))
+        effects = () if message is None else message.effects
+        samples = contact & (at >= start + round(SETTLES_S / step)) & (at < end) & (seconds > _FIRST_S)
+        told.append(ToldModel(float(recording.time[start]), float(seconds[start]), effects, error(samples)))
+    return Learned(error(contact & (at < starts[0]) & (seconds > _FIRST_S)), tuple(told))
+
+
+def _off(recording: Recording, step: float) -> tuple[Array, Array]:
+    """Squares of what the rendered force is off by, and of the plant's, (n,) [N^2], along x and y together."""
+    reference = "true_force" if recording.has_vector("true_force") else "force"
+    delay = float(recording.made_by.get(DELAY, 0.0))
+    error, size = np.zeros(len(recording)), np.zeros(len(recording))
+    for axis in "xy":
+        plant = component(recording, reference, axis)
+        error += (delayed(component(recording, "rendered_force", axis), delay, step) - plant) ** 2
+        size += plant**2
+    return error, size

@@ -1,0 +1,93 @@
+"""What a learner asks, tells and takes back, by what it has seen and what was answered."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mmt_drake.learning.answer import ROW, Answer, LearnerStatus
+from mmt_drake.learning.beside import Question
+from mmt_drake.learning.options import Learning
+from mmt_drake.learning.watched import Watched
+from mmt_drake.model_message import ModelMessage, ToldEffect
+
+OPTIONS = Learning(window=3.0)
+SAMPLE = 0.01
+WINDOW = round(OPTIONS.window / SAMPLE)
+CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
+NUMBERS = (1.0, 0.0, 500.0, 60.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0)
+NAMED = Answer("missing_physics", (CUBIC,), NUMBERS)
+EXPLAINED = Answer("parameters", (), NUMBERS)
+
+
+def rows(count: int, contact: float = 1.0) -> np.ndarray:
+    found = np.zeros((count, ROW))
+    found[:, -1] = contact
+    return found
+
+
+def asked(left: float = 9.0, **known: object) -> Watched:
+    """A learner that has asked of a contact of which the numbers leave so much, over its noise."""
+    seen = replace(Watched(), **known).seeing(rows(WINDOW), left, SAMPLE, OPTIONS)
+    return seen.asking(Question(seen.rows, SAMPLE, np.array(NUMBERS), 3.0, left))
+
+
+def test_a_window_holds_the_contact_that_is_asked_for_and_the_free_motion_within() -> None:
+    seen = Watched().seeing(rows(WINDOW - 1), 1.0, SAMPLE, OPTIONS)
+    assert seen.window(SAMPLE, OPTIONS) is None
+    seen = seen.seeing(rows(50, contact=0.0), 1.0, SAMPLE, OPTIONS).seeing(rows(1), 9.0, SAMPLE, OPTIONS)
+    window = seen.window(SAMPLE, OPTIONS)
+    assert window == slice(0, WINDOW + 50)
+    assert seen.left_of(window) == 1.0, "the median of the contact's later half"
+    assert replace(seen, windows=2).window(SAMPLE, OPTIONS) is None
+
+
+def test_what_is_kept_is_bounded() -> None:
+    seen = Watched()
+    for _ in range(40):
+        seen = seen.seeing(rows(WINDOW), 1.0, SAMPLE, OPTIONS)
+    assert len(seen.rows) == len(seen.left) == 12 * WINDOW
+
+
+def test_laws_that_are_named_are_told_with_their_numbers() -> None:
+    told = asked().answered(NAMED, doubtful=True)
+    assert told.message == ModelMessage(NUMBERS, (CUBIC,), number=1)
+    assert told.status == LearnerStatus.TOLD and told.before == 9.0 and len(told.rows) == 0
+
+
+def test_laws_do_not_enter_where_the_latest_contact_needs_none() -> None:
+    told = asked().answered(NAMED, doubtful=False)
+    assert told.message is None and told.status == LearnerStatus.WATCHING
+
+
+@pytest.mark.parametrize(
+    ("answer", "status"),
+    [
+        (Answer("unexplained"), LearnerStatus.CANNOT_TELL),
+        (Answer("missing_physics", refused=("force_bias: ...",)), LearnerStatus.NOT_FELT),
+        (None, LearnerStatus.FAILED),
+    ],
+)
+def test_an_answer_that_settles_nothing_changes_nothing_and_more_is_looked_at_next(
+    answer: Answer | None, status: LearnerStatus
+) -> None:
+    first = ModelMessage(NUMBERS, (CUBIC,), number=4)
+    told = asked(message=first).answered(answer, doubtful=True)
+    assert told.message == first and told.status == status and told.windows == 2
+
+
+def test_laws_leave_when_a_later_look_does_without_them() -> None:
+    told = asked(message=ModelMessage(NUMBERS, (CUBIC,), number=4)).answered(EXPLAINED, doubtful=True)
+    assert told.message == ModelMessage(NUMBERS, number=5) and told.status == LearnerStatus.WATCHING
+
+
+@pytest.mark.parametrize(("left", "stays"), [(1.0, True), (4.0, True), (5.0, False)])
+def test_laws_leave_when_more_than_half_is_left_with_them(left: float, stays: bool) -> None:
+    told = asked().answered(NAMED, doubtful=True).seeing(rows(WINDOW), left, SAMPLE, OPTIONS)
+    judged = told.judged(left, OPTIONS)
+    assert bool(judged.laws) == stays and math.isnan(judged.before)
+    if not stays:
+        assert judged.message is not None and judged.message.number == 2
+        assert all(map(math.isnan, judged.message.theta)), "the estimator keeps its own numbers"
+        assert judged.status == LearnerStatus.CANNOT_TELL and judged.windows == 2
