@@ -50,12 +50,14 @@ class LawLearner(KernelSystem, Closing):
 
     - `measurement` (9): position [m], velocity [m/s] of the probe and force on it [N] in the table frame.
     - `in_contact` (1): 0.0 or 1.0.
-    - `theta` (10), `model_status` (1), `residual_ratio` (1): as of `OutputErrorEstimator`.
+    - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m], Fs [N], v_d [m/s].
+    - `model_status` (1): counts of `mmt_drake.estimation.output_error.adequacy.ModelStatus`.
+    - `residual_ratio` (1): what theta leaves of the latest contact, over the noise of the force [1].
 
     Outputs, states, hence younger than the inputs:
 
-    - `model` (28): the message that is told (`mmt_drake.model_message`); zeros as long as there is none.
-    - `status` (1): of `mmt_drake.learning.answer.LearnerStatus`: 0 the numbers explain the contact, 1 a diagnosis is
+    - `model` (28): the message that is told (`mmt_drake.model_message`) [SI]; zeros as long as there is none.
+    - `status` (1): counts of `mmt_drake.learning.answer.LearnerStatus`: 0 the numbers explain the contact, 1 a diagnosis is
       under way, 2 laws are told, 3 what was found last is not to be felt, 4 what is left has no name so far, 5 the
       diagnosis failed.
     - `readout` (29 and the memory): both, then the memory.

@@ -60,7 +60,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
     it and of other things (`ProbeCompensation`), since only there is it seen to saturate or freeze; the measured force
     where it is not connected. They may be NaN, frozen, saturated, repeated or late: see `status`. `stamp` (1) [s]: when
     the operator sent the motion that the probe follows now, by the operator's clock; the Context's time where it is not
-    connected. `model` (28): the message whose laws act beside theta (`mmt_drake.model_message`); a later one
+    connected. `model` (28): the message [SI] whose laws act beside theta (`mmt_drake.model_message`); a later one
     takes the place of the last, and of `effects` of the options. It is read once a period.
 
     Outputs, all of them states, hence one step younger than the inputs:
@@ -88,7 +88,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
       first-order low pass, and their sum, which slow motion tells alone, 50 ms at most; then the standard deviations of
       these [s], too small for a time constant below some 2 ms.
       `estimated_force` is that of the object, which is not late.
-    - `model` (28): the message that theta goes with; zeros without laws.
+    - `model` (28): the message that theta goes with [SI]; zeros without laws.
     - `readout` (49, a message and the memory, whose size depends on the options): the twelve above in that order, then
       the memory.
 
