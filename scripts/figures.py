@@ -41,7 +41,21 @@ def main(names: list[str]) -> None:
         PAGES.mkdir(exist_ok=True)
         page = report.markdown(f"mmt-drake {command}") + "\n" + _made(time.perf_counter() - begun, commit)
         (PAGES / f"{name}.md").write_text(page)
+        (PAGES / "index.md").write_text(_index())
         print(f" {name}", flush=True)
+
+
+def _index() -> str:
+    """All pages: how many figures are reached and missed on each."""
+    rows = []
+    for page in sorted(PAGES.glob("*.md")):
+        title, *lines = page.read_text().splitlines()
+        reached, missed = (sum(line.count(mark) for line in lines if line.startswith("|")) for mark in "✓✗")
+        when = lines[-1].rpartition("), ")[2].rstrip(".")
+        if page.name != "index.md":
+            rows.append(f"| [{title.removeprefix('# ')}]({page.name}) | {reached or '–'} | {missed or '–'} | {when} |\n")
+    head = "# Figures\n\nEvery page was written by the command on it, and this one by `python scripts/figures.py`.\n\n"
+    return head + "| page | reached | missed | written |\n| --- | --- | --- | --- |\n" + "".join(rows)
 
 
 def _made(seconds: float, commit: str) -> str:
