@@ -23,6 +23,7 @@ PAGES = ROOT / "docs" / "figures"
 BENCHES = {"bench": partial(bench_study, "quick"), "bench-faults": partial(faults_study, 2)}
 BENCHES |= {f"bench-{group}": partial(bench_study, group) for group in GROUPS if group != "quick"}
 OPTIONS = {"bench-faults": " --moments 2"}
+_WRITTEN = "Written by the command above"
 COUNTS = {"adequacy": 50, "late": 2, "fit": 20}
 """Cases, where a page has another number than the experiment by itself."""
 
@@ -51,10 +52,12 @@ def _index() -> str:
     for page in sorted(PAGES.glob("*.md")):
         title, *lines = page.read_text().splitlines()
         reached, missed = (sum(line.count(mark) for line in lines if line.startswith("|")) for mark in "✓✗")
-        when = lines[-1].rpartition("), ")[2].rstrip(".")
+        when = lines[-1].rpartition("), ")[2].rstrip(".") if lines[-1].startswith(_WRITTEN) else "–"
+        link = f"[{title.removeprefix('# ')}]({page.name})"
         if page.name != "index.md":
-            rows.append(f"| [{title.removeprefix('# ')}]({page.name}) | {reached or '–'} | {missed or '–'} | {when} |\n")
-    head = "# Figures\n\nEvery page was written by the command on it, and this one by `python scripts/figures.py`.\n\n"
+            rows.append(f"| {link} | {reached or '–'} | {missed or '–'} | {when} |\n")
+    head = "# Figures\n\nEvery page was written by the command on it, and this one by `python scripts/figures.py`.\n"
+    head += "Missed are also figures of the thesis's estimator and of peers, which stand beside ours.\n\n"
     return head + "| page | reached | missed | written |\n| --- | --- | --- | --- |\n" + "".join(rows)
 
 
@@ -62,7 +65,7 @@ def _made(seconds: float, commit: str) -> str:
     """By what, when and in how long a page was made."""
     took = f"{seconds / 60.0:.0f} min" if seconds > 90.0 else f"{seconds:.0f} s"
     return (
-        f"Written by the command above in {took} on {processors()} processors ({platform.machine()}), {date.today()}, "
+        f"{_WRITTEN} in {took} on {processors()} processors ({platform.machine()}), {date.today()}, "
         f"version {__version__}, commit {commit}.\n"
     )
 

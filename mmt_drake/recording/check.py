@@ -26,6 +26,8 @@ LATEST = 1e12  # seconds
 _RATE_MISMATCH = 300.0
 
 _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
+_ESTIMATED = ("theta", "theta_deviation", "model")
+_MAY_BE_UNKNOWN = {column for signal in SIGNALS if signal.name in _ESTIMATED for column in signal.columns}
 _FEWEST = 3
 
 
@@ -152,7 +154,7 @@ def _bad_value(source: str, index: int, name: str, found: object, expected: str)
 def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> None:
     for name, values in chain([("time", time)], columns.items()):  # one at a time: long ones stand on disk
         bad = ~np.isfinite(values)
-        if name.startswith("theta_") and name not in _FLAGS:
+        if name in _MAY_BE_UNKNOWN:
             bad &= ~np.isnan(values)  # not estimated yet
         if bad.any():
             index = int(np.argmax(bad))

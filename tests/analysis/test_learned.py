@@ -1,0 +1,58 @@
+"""What a recording says of laws that came to be told while the run went on."""
+
+import numpy as np
+import pytest
+
+from mmt_drake.analysis.learned import SETTLES_S, learned
+from mmt_drake.model.message_layout import MESSAGE
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.recording import Recording
+from mmt_drake.recording.two_recordings import DELAY
+
+STEP, COUNT = 0.001, 12000
+CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
+TIME = np.arange(COUNT) * STEP
+
+
+def recording(*messages: tuple[float, ModelMessage], delay: float = 0.0, off: float = 0.1) -> Recording:
+    """A run whose rendered force is off by a share until the first message, and by a tenth of that from it on."""
+    model = np.zeros((COUNT, len(MESSAGE)))
+    for since, message in messages:
+        model[since <= TIME] = message.vector()
+    plant = np.sin(3.0 * TIME)
+    share = np.where((messages[0][0] if messages else np.inf) <= TIME, 0.1 * off, off)
+    columns = {"in_contact": np.where((TIME > 1.0) & (TIME < 11.0), 1.0, 0.0)}
+    columns |= {f"model_{name}": model[:, i] for i, name in enumerate(MESSAGE)}
+    for axis in "xyz":
+        columns[f"true_force_{axis}"] = columns[f"force_{axis}"] = plant
+        ahead = round(delay / STEP)
+        rendered = (1.0 + share) * plant
+        columns[f"rendered_force_{axis}"] = np.append(rendered[ahead:], np.full(ahead, rendered[-1]))
+    return Recording(TIME, columns, made_by={DELAY: f"{delay:g}"})
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.4])
+def test_the_error_before_and_after_a_law_is_told(delay: float) -> None:
+    found = learned(recording((5.0, ModelMessage(UNKNOWN_THETA, (CUBIC,))), delay=delay))
+    assert found is not None and len(found.told) == 1
+    (told,) = found.told
+    assert told.at == 5.0 and told.contact == pytest.approx(4.0, abs=0.002) and told.effects == (CUBIC,)
+    assert found.before == pytest.approx(0.1, rel=1e-6) and told.error == pytest.approx(0.01, rel=1e-6)
+    assert found.line() == (
+        "told while it was felt: rendered force off by 10 %; from 5.00 s on nonlinear stiffness (k3 = 3e+06 N/m^3): 1 %"
+    )
+    assert found.to_json()["told"][0]["effects"] == [{"name": "nonlinear_stiffness", "parameters": {"k3": 3e6}}]
+
+
+def test_a_law_that_leaves_is_told_too_and_a_message_without_contact_after_it_has_no_error() -> None:
+    messages = (5.0, ModelMessage(UNKNOWN_THETA, (CUBIC,))), (11.5, ModelMessage(UNKNOWN_THETA, number=2))
+    found = learned(recording(*messages))
+    assert found is not None
+    assert [told.effects for told in found.told] == [(CUBIC,), ()]
+    assert found.told[1].error is None and "from 11.50 s on no law: unknown" in found.line()
+    assert messages[1][0] - messages[0][0] > SETTLES_S
+
+
+def test_a_run_in_which_nothing_was_told_says_nothing() -> None:
+    assert learned(recording()) is None
+    assert learned(Recording(TIME, {"position_x": TIME})) is None
