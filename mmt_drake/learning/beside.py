@@ -3,11 +3,14 @@
 import os
 import pickle
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock, Thread
 from typing import Any, Self
 from weakref import WeakKeyDictionary
+
+import numpy as np
 
 from mmt_drake.closing import Closing
 from mmt_drake.diagnosis.fit.workers import workers
@@ -26,14 +29,14 @@ class Question:
     """What is asked of a contact; never changed.
 
     Attributes:
-        rows: (n, ROW) samples (`mmt_drake.learning.answer`).
+        pieces: (n, ROW) samples each, one after the other (`mmt_drake.learning.answer`).
         sample: time between them [s].
         theta: (10,) numbers of the estimator.
         asked: when [s].
         left: what the estimator left of the contact, over its noise [1].
     """
 
-    rows: Array
+    pieces: tuple[Array, ...]
     sample: float
     theta: Array
     asked: float
@@ -53,6 +56,7 @@ class Looks(Closing):
     def __init__(self) -> None:
         self._own = OwnProcess(__name__, own_files(LIBRARY), "learner: the process for its looks")
         self._waiting: deque[Question] = deque()
+        self._turn = Lock()
         self._answers: WeakKeyDictionary[Question, Answer | None] = WeakKeyDictionary()
 
     def close(self) -> None:
@@ -60,9 +64,13 @@ class Looks(Closing):
         self._own.close()
 
     def ask(self, question: Question) -> None:
-        """Have it answered."""
-        if self._own.send(pickle.dumps((question.rows, question.sample, question.theta))):
-            self._waiting.append(question)
+        """Have it answered; does not wait until the process has read it all."""
+        self._waiting.append(question)
+        Thread(target=self._send, args=(question,), daemon=True).start()
+
+    def _send(self, question: Question) -> None:
+        with self._turn:
+            self._own.send(pickle.dumps((question.pieces, question.sample, question.theta)))
 
     def is_answered(self, question: Question) -> bool:
         """Whether `answer` has not to wait."""
@@ -80,16 +88,16 @@ class Looks(Closing):
         while question in self._waiting:
             self._take()
         if question not in self._answers and here:
-            self._answers[question] = _answered(question.rows, question.sample, question.theta)
+            self._answers[question] = _answered(question.pieces, question.sample, question.theta)
         return self._answers.get(question)
 
     def _take(self) -> None:
         self._answers[self._waiting.popleft()] = unpacked(self._own.answer())
 
 
-def _answered(rows: Array, sample: float, theta: Array) -> Answer | None:
+def _answered(pieces: Sequence[Array], sample: float, theta: Array) -> Answer | None:
     with workers(1) as executor:
-        return look(rows, sample, theta, executor)
+        return look(np.concatenate(pieces), sample, theta, executor)
 
 
 def serve(handle: int) -> None:

@@ -10,7 +10,7 @@ from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.learning.answer import ROW, Answer
 from mmt_drake.learning.beside import Looks, Question
 from mmt_drake.learning.options import Learning
-from mmt_drake.learning.watched import Watched
+from mmt_drake.learning.watched import Piece, Watched, left_of
 from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
@@ -119,7 +119,7 @@ class LawLearner(KernelSystem, Closing):
             seen = seen.anew()
         rows = memory[_ROWS : _ROWS + int(memory[_COUNT]) * ROW].reshape(-1, ROW).copy()
         memory[_BROKEN] = memory[_COUNT] = 0.0
-        seen = seen.seeing(rows, left[0], self._sample, self._options)
+        seen = seen.seeing(Piece.of(rows, left[0]), self._sample, self._options)
         seen = self._gone_on(seen, context.get_time(), theta, left[0])
         memory[_MODEL] = 0.0 if seen.message is None else seen.message.vector()
         memory[_STATUS] = seen.status
@@ -128,16 +128,16 @@ class LawLearner(KernelSystem, Closing):
     def _gone_on(self, seen: Watched, t: float, theta: Array, left: float) -> Watched:
         """With the answer that is due, or with a question that is worth while."""
         options, window = self._options, seen.window(self._sample, self._options)
-        left = left if window is None else seen.left_of(window)
+        left = left_of(window) if window else left
         if seen.question is not None:
             due = self._looks.is_answered(seen.question) if self._worker else t > seen.question.asked + options.delay
             return seen.answered(self._answer(seen.question), left > options.doubt) if due else seen
-        if window is None:
+        if not window:
             return seen
         seen = seen.judged(left, options)
-        if left <= options.doubt or len(seen.rows) == 0:
+        if left <= options.doubt or not seen.pieces:
             return seen
-        question = Question(seen.rows[window].copy(), self._sample, theta.copy(), t, left)
+        question = Question(tuple(piece.rows for piece in window), self._sample, theta.copy(), t, left)
         self._looks.ask(question)
         return seen.asking(question)
 

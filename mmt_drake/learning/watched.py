@@ -1,7 +1,8 @@
 """What a learner has seen of a contact, what it has asked, and what it tells."""
 
 import math
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final, Self
 
 import numpy as np
@@ -22,12 +23,31 @@ _CONTACT: Final = ROW - 1
 
 
 @dataclass(frozen=True)
+class Piece:
+    """A piece of what was seen.
+
+    Attributes:
+        rows: (n, ROW) samples.
+        left: what the estimator left of the latest contact then, over its noise.
+        touching: how many of them are of contact.
+    """
+
+    rows: Array
+    left: float
+    touching: int
+
+    @classmethod
+    def of(cls, rows: Array, left: float) -> Self:
+        """Of samples (n, ROW)."""
+        return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)))
+
+
+@dataclass(frozen=True)
 class Watched:
     """The state of a learner; never changed.
 
     Attributes:
-        rows: (n, ROW) samples without a gap, of one object.
-        left: (n,) what the estimator left then, over its noise.
+        pieces: of a contact without a gap, with one object.
         windows: that are looked at together the next time.
         question: that is not answered yet.
         message: that was told last; None: none was.
@@ -35,8 +55,7 @@ class Watched:
         before: what was left when the laws that are told were asked for; NaN: that has been looked into.
     """
 
-    rows: Array = field(default_factory=lambda: np.empty((0, ROW)))
-    left: Array = field(default_factory=lambda: np.empty(0))
+    pieces: tuple[Piece, ...] = ()
     windows: int = 1
     question: Question | None = None
     message: ModelMessage | None = None
@@ -46,27 +65,26 @@ class Watched:
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
 
-    def seeing(self, rows: Array, left: float, sample: float, options: Learning) -> Self:
-        """With further samples (k, ROW), of which the estimator leaves so much."""
-        most = round(_LONGEST * _MOST * options.window / sample)
-        kept = np.concatenate([self.rows, rows])[-most:]
-        of_each = np.concatenate([self.left, np.full(len(rows), left)])[-most:]
-        return replace(self, rows=kept, left=of_each)
+    def seeing(self, piece: Piece, sample: float, options: Learning) -> Self:
+        """With a further piece."""
+        most, kept = _LONGEST * _MOST * options.window / sample, (*self.pieces, piece)
+        while sum(len(one.rows) for one in kept) > most:
+            kept = kept[1:]
+        return replace(self, pieces=kept)
 
     def anew(self) -> Self:
         """Without what was seen: it was of another object, or time broke off."""
-        return replace(self, rows=self.rows[:0], left=self.left[:0])
+        return replace(self, pieces=())
 
-    def window(self, sample: float, options: Learning) -> slice | None:
-        """The latest samples that hold as much contact as is to be looked at; None: there is not so much."""
+    def window(self, sample: float, options: Learning) -> tuple[Piece, ...]:
+        """The latest pieces that hold as much contact as is to be looked at; none: there is not so much."""
         wanted = round(self.windows * options.window / sample)
-        touching = np.flatnonzero(self.rows[:, _CONTACT] > 0.5)
-        return slice(int(touching[-wanted]), len(self.rows)) if len(touching) >= wanted else None
-
-    def left_of(self, window: slice) -> float:
-        """What the estimator leaves of the later half of the contact in a window, over its noise: the median."""
-        of_contact = self.left[window][self.rows[window, _CONTACT] > 0.5]
-        return float(np.median(of_contact[len(of_contact) // 2 :]))
+        touching = 0
+        for start in range(len(self.pieces) - 1, -1, -1):
+            touching += self.pieces[start].touching
+            if touching >= wanted:
+                return self.pieces[start:]
+        return ()
 
     def asking(self, question: Question) -> Self:
         """While a question is looked into."""
@@ -113,3 +131,9 @@ class Watched:
     @property
     def _number(self) -> int:
         return 1 if self.message is None else self.message.number + 1
+
+
+def left_of(window: Sequence[Piece]) -> float:
+    """What the estimator leaves of the later half of the contact in a window, over its noise: the median."""
+    of_contact = np.repeat([piece.left for piece in window], [piece.touching for piece in window])
+    return float(np.median(of_contact[len(of_contact) // 2 :]))

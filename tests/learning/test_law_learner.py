@@ -65,7 +65,7 @@ def test_what_is_named_is_told_after_the_declared_delay(looks: Answering) -> Non
     status, model = felt(LawLearner(OPTIONS), 3.2)
     assert status == LearnerStatus.LOOKING and not model.any() and len(looks.asked) == 1
     question = looks.asked[0]
-    assert question.rows.shape == (1500, ROW) and question.sample == 0.002 and question.left == 9.0
+    assert sum(map(len, question.pieces)) == 1500 and question.sample == 0.002 and question.left == 9.0
     status, model = felt(LawLearner(OPTIONS), 3.0 + 2.0 + 0.3)
     assert status == LearnerStatus.TOLD
     assert ModelMessage.from_vector(model) == ModelMessage(NUMBERS, (CUBIC,))
@@ -113,7 +113,7 @@ def test_its_process_is_closed_with_it(looks: Answering) -> None:
 
 def test_a_process_answers_what_it_is_asked_and_ends() -> None:
     looks = Looks()
-    still = Question(np.zeros((1500, ROW)), 0.002, np.array(NUMBERS), 3.0, 9.0)
+    still = Question((np.zeros((1500, ROW)),), 0.002, np.array(NUMBERS), 3.0, 9.0)
     looks.ask(still)
     until = time.monotonic() + 120.0
     while not looks.is_answered(still) and time.monotonic() < until:
@@ -122,15 +122,15 @@ def test_a_process_answers_what_it_is_asked_and_ends() -> None:
     assert answer is not None and answer.verdict == "insufficient_data" and not answer.settled
     assert looks.answer(still, here=False) is answer, "of a run that is repeated"
     looks.close()
-    looks.ask(unknown := Question(still.rows, 0.002, still.theta, 4.0, 9.0))
+    looks.ask(unknown := Question(still.pieces, 0.002, still.theta, 4.0, 9.0))
     assert looks.is_answered(unknown) and looks.answer(unknown, here=False) is None
 
 
 def test_who_knows_no_answer_of_a_process_finds_the_same_here() -> None:
-    still = Question(np.zeros((1500, ROW)), 0.002, np.array(NUMBERS), 3.0, 9.0)
+    still = Question((np.zeros((1500, ROW)),), 0.002, np.array(NUMBERS), 3.0, 9.0)
     with Looks() as looks:
         found = looks.answer(still, here=True)
-    assert found == beside._answered(still.rows, still.sample, still.theta)
+    assert found == beside._answered(still.pieces, still.sample, still.theta)
 
 
 def test_an_answer_crosses_the_line_whole() -> None:

@@ -9,7 +9,7 @@ import pytest
 from mmt_drake.learning.answer import ROW, Answer, LearnerStatus
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
-from mmt_drake.learning.watched import Watched
+from mmt_drake.learning.watched import Piece, Watched, left_of
 from mmt_drake.model_message import ModelMessage, ToldEffect
 
 OPTIONS = Learning(window=3.0)
@@ -21,39 +21,39 @@ NAMED = Answer("missing_physics", (CUBIC,), NUMBERS)
 EXPLAINED = Answer("parameters", (), NUMBERS)
 
 
-def rows(count: int, contact: float = 1.0) -> np.ndarray:
-    found = np.zeros((count, ROW))
-    found[:, -1] = contact
-    return found
+def piece(count: int, left: float, contact: float = 1.0) -> Piece:
+    rows = np.zeros((count, ROW))
+    rows[:, -1] = contact
+    return Piece.of(rows, left)
 
 
 def asked(left: float = 9.0, **known: object) -> Watched:
     """A learner that has asked of a contact of which the numbers leave so much, over its noise."""
-    seen = replace(Watched(), **known).seeing(rows(WINDOW), left, SAMPLE, OPTIONS)
-    return seen.asking(Question(seen.rows, SAMPLE, np.array(NUMBERS), 3.0, left))
+    seen = replace(Watched(), **known).seeing(piece(WINDOW, left), SAMPLE, OPTIONS)
+    return seen.asking(Question(tuple(one.rows for one in seen.pieces), SAMPLE, np.array(NUMBERS), 3.0, left))
 
 
 def test_a_window_holds_the_contact_that_is_asked_for_and_the_free_motion_within() -> None:
-    seen = Watched().seeing(rows(WINDOW - 1), 1.0, SAMPLE, OPTIONS)
-    assert seen.window(SAMPLE, OPTIONS) is None
-    seen = seen.seeing(rows(50, contact=0.0), 1.0, SAMPLE, OPTIONS).seeing(rows(1), 9.0, SAMPLE, OPTIONS)
+    seen = Watched().seeing(piece(10, 1.0), SAMPLE, OPTIONS).seeing(piece(WINDOW - 1, 1.0), SAMPLE, OPTIONS)
+    assert len(seen.window(SAMPLE, OPTIONS)) == 2
+    seen = seen.seeing(piece(50, 5.0, contact=0.0), SAMPLE, OPTIONS).seeing(piece(1, 9.0), SAMPLE, OPTIONS)
     window = seen.window(SAMPLE, OPTIONS)
-    assert window == slice(0, WINDOW + 50)
-    assert seen.left_of(window) == 1.0, "the median of the contact's later half"
-    assert replace(seen, windows=2).window(SAMPLE, OPTIONS) is None
+    assert window == seen.pieces[1:]
+    assert left_of(window) == 1.0, "the median of the contact's later half"
+    assert replace(seen, windows=2).window(SAMPLE, OPTIONS) == ()
 
 
 def test_what_is_kept_is_bounded() -> None:
     seen = Watched()
     for _ in range(40):
-        seen = seen.seeing(rows(WINDOW), 1.0, SAMPLE, OPTIONS)
-    assert len(seen.rows) == len(seen.left) == 12 * WINDOW
+        seen = seen.seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS)
+    assert len(seen.pieces) == 12
 
 
 def test_laws_that_are_named_are_told_with_their_numbers() -> None:
     told = asked().answered(NAMED, doubtful=True)
     assert told.message == ModelMessage(NUMBERS, (CUBIC,), number=1)
-    assert told.status == LearnerStatus.TOLD and told.before == 9.0 and len(told.rows) == 0
+    assert told.status == LearnerStatus.TOLD and told.before == 9.0 and not told.pieces
 
 
 def test_laws_do_not_enter_where_the_latest_contact_needs_none() -> None:
@@ -84,7 +84,7 @@ def test_laws_leave_when_a_later_look_does_without_them() -> None:
 
 @pytest.mark.parametrize(("left", "stays"), [(1.0, True), (4.0, True), (5.0, False)])
 def test_laws_leave_when_more_than_half_is_left_with_them(left: float, stays: bool) -> None:
-    told = asked().answered(NAMED, doubtful=True).seeing(rows(WINDOW), left, SAMPLE, OPTIONS)
+    told = asked().answered(NAMED, doubtful=True).seeing(piece(WINDOW, left), SAMPLE, OPTIONS)
     judged = told.judged(left, OPTIONS)
     assert bool(judged.laws) == stays and math.isnan(judged.before)
     if not stays:
