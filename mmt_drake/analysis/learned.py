@@ -38,7 +38,7 @@ class ToldModel:
 
 
 @dataclass(frozen=True)
-class Learned:
+class ToldLaws:
     """The messages of a run.
 
     Attributes:
@@ -71,7 +71,7 @@ class Learned:
         return {"before": self.before, "told": told}
 
 
-def learned(recording: Recording) -> Learned | None:
+def learned(recording: Recording) -> ToldLaws | None:
     """What was told in a recording; None where nothing was that could be."""
     columns = [f"model_{name}" for name in MESSAGE]
     numbers = recording[columns[MESSAGE.index("number")]] if columns[0] in recording else np.zeros(1)
@@ -98,7 +98,7 @@ def learned(recording: Recording) -> Learned | None:
         effects = () if message is None else message.effects
         samples = contact & (at >= start + round(SETTLES_S / step)) & (at < end) & (seconds > _FIRST_S)
         told.append(ToldModel(float(recording.time[start]), float(seconds[start]), effects, error(samples)))
-    return Learned(error(contact & (at < starts[0]) & (seconds > _FIRST_S)), tuple(told))
+    return ToldLaws(error(contact & (at < starts[0]) & (seconds > _FIRST_S)), tuple(told))
 
 
 def _off(recording: Recording, step: float) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
-from mmt_drake.analysis.learned import Learned, learned
+from mmt_drake.analysis.learned import ToldLaws, learned
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.model_trust import ModelTrust, model_trust
 from mmt_drake.analysis.passivity import Passivity, passivity
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-_FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | ModelTrust | ForceLateness | Learned | None]]] = {
+_FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | ModelTrust | ForceLateness | ToldLaws | None]]] = {
     "zero": zeroing,
     "model": model_trust,
     "force_lateness": force_lateness,

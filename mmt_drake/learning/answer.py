@@ -43,7 +43,7 @@ class LearnerStatus(IntEnum):
 
 
 @dataclass(frozen=True)
-class Answer:
+class LookResult:
     """What one look has come to.
 
     Attributes:
@@ -73,7 +73,7 @@ class Answer:
         return LearnerStatus.NOT_FELT if self.refused else LearnerStatus.CANNOT_TELL
 
 
-def look(rows: Array, sample: float, theta: Array, executor: Executor) -> Answer:
+def look(rows: Array, sample: float, theta: Array, executor: Executor) -> LookResult:
     """Hold a contact against the library of effects.
 
     Args:
@@ -92,11 +92,11 @@ def look(rows: Array, sample: float, theta: Array, executor: Executor) -> Answer
     return answer_of(diagnose([recording], model, executor=executor))
 
 
-def answer_of(outcome: Outcome) -> Answer:
+def answer_of(outcome: Outcome) -> LookResult:
     """What may be felt of a diagnosis."""
     found = outcome.diagnosis
     if outcome.best is None or found.verdict not in (*NAMING, *_ENOUGH):
-        return Answer(found.verdict)
+        return LookResult(found.verdict)
     values = outcome.best.hypothesis.effect_values(outcome.best.x)
     sure = [e for e in found.effects if e.certain == "law" and e.name in values] if found.verdict in NAMING else []
     numbers = _numbers(outcome, values.get(_NUMBERS))
@@ -109,7 +109,7 @@ def answer_of(outcome: Outcome) -> Answer:
             laws.append(told)
         except BadInput as error:
             refused.append(f"{told.name}: found {error.found}, expected {error.expected}")
-    return Answer(found.verdict, tuple(laws), numbers, tuple(refused))
+    return LookResult(found.verdict, tuple(laws), numbers, tuple(refused))
 
 
 def _numbers(outcome: Outcome, static: Mapping[str, float] | None) -> tuple[float, ...]:
@@ -123,12 +123,12 @@ def _numbers(outcome: Outcome, static: Mapping[str, float] | None) -> tuple[floa
     return tuple(map(float, theta))
 
 
-def packed(answer: Answer | None) -> bytes:
+def packed(answer: LookResult | None) -> bytes:
     """An answer for the line to another process; None: the look failed."""
     return pickle.dumps(answer)
 
 
-def unpacked(told: bytes) -> Answer | None:
+def unpacked(told: bytes) -> LookResult | None:
     """What `packed` has made; None too where there is nothing: the process has ended."""
-    answer: Answer | None = pickle.loads(told) if told else None
+    answer: LookResult | None = pickle.loads(told) if told else None
     return answer

@@ -16,7 +16,7 @@ from mmt_drake.closing import Closing
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.library import own_files, register_file
-from mmt_drake.learning.answer import Answer, look, packed, unpacked
+from mmt_drake.learning.answer import LookResult, look, packed, unpacked
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.own_process import OwnProcess, served
 
@@ -57,7 +57,7 @@ class Looks(Closing):
         self._own = OwnProcess(__name__, own_files(LIBRARY), "learner: the process for its looks")
         self._waiting: deque[Question] = deque()
         self._turn = Lock()
-        self._answers: WeakKeyDictionary[Question, Answer | None] = WeakKeyDictionary()
+        self._answers: WeakKeyDictionary[Question, LookResult | None] = WeakKeyDictionary()
 
     def close(self) -> None:
         """End the process; may be called again."""
@@ -78,7 +78,7 @@ class Looks(Closing):
             self._take()
         return question in self._answers or question not in self._waiting
 
-    def answer(self, question: Question, *, here: bool) -> Answer | None:
+    def answer(self, question: Question, *, here: bool) -> LookResult | None:
         """The answer, for which it waits; None: the look failed.
 
         Args:
@@ -95,7 +95,7 @@ class Looks(Closing):
         self._answers[self._waiting.popleft()] = unpacked(self._own.answer())
 
 
-def _answered(pieces: Sequence[Array], sample: float, theta: Array) -> Answer | None:
+def _answered(pieces: Sequence[Array], sample: float, theta: Array) -> LookResult | None:
     with workers(1) as executor:
         return look(np.concatenate(pieces), sample, theta, executor)
 

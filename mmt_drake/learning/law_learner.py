@@ -7,7 +7,7 @@ from pydrake.systems.framework import Context, State
 from mmt_drake.closing import Closing
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
-from mmt_drake.learning.answer import ROW, Answer
+from mmt_drake.learning.answer import ROW, LookResult
 from mmt_drake.learning.beside import Looks, Question
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
@@ -141,7 +141,7 @@ class LawLearner(KernelSystem, Closing):
         self._looks.ask(question)
         return seen.asking(question)
 
-    def _answer(self, question: Question) -> Answer | None:
+    def _answer(self, question: Question) -> LookResult | None:
         try:
             return self._looks.answer(question, here=not self._worker)
         except MmtError:  # looked for here: it is none that could be diagnosed

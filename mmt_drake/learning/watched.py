@@ -7,7 +7,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from mmt_drake.learning.answer import ROW, Answer, LearnerStatus
+from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
@@ -90,7 +90,7 @@ class Watched:
         """While a question is looked into."""
         return replace(self, question=question, status=LearnerStatus.LOOKING)
 
-    def answered(self, answer: Answer | None, doubtful: bool) -> Self:
+    def answered(self, answer: LookResult | None, doubtful: bool) -> Self:
         """With an answer to its question, None for none.
 
         Laws enter only where the latest contact is doubtful still: it may be another object's.

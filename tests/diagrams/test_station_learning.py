@@ -11,7 +11,7 @@ from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.learning import law_learner
-from mmt_drake.learning.answer import Answer
+from mmt_drake.learning.answer import LookResult
 from mmt_drake.learning.beside import Looks, Question
 from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model_message import UNKNOWN_THETA, ToldEffect
@@ -32,8 +32,8 @@ class Naming(Looks):
     def ask(self, question: Question) -> None:
         """Nothing is to be looked for."""
 
-    def answer(self, question: Question, *, here: bool) -> Answer | None:
-        return Answer("missing_physics", (CUBIC,), UNKNOWN_THETA)
+    def answer(self, question: Question, *, here: bool) -> LookResult | None:
+        return LookResult("missing_physics", (CUBIC,), UNKNOWN_THETA)
 
 
 def test_a_message_crosses_the_network_where_there_is_a_learner_and_nowhere_else() -> None:

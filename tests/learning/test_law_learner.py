@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.errors import MmtError
 from mmt_drake.learning import beside, law_learner
-from mmt_drake.learning.answer import ROW, Answer, LearnerStatus, packed, unpacked
+from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult, packed, unpacked
 from mmt_drake.learning.beside import Looks, Question
 from mmt_drake.learning.law_learner import LawLearner
 from mmt_drake.learning.options import Learning
@@ -19,7 +19,7 @@ from mmt_drake.numeric.arrays import Array
 
 NUMBERS = (1.0, 0.0, 500.0, 60.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0)
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
-NAMED = Answer("missing_physics", (CUBIC,), NUMBERS)
+NAMED = LookResult("missing_physics", (CUBIC,), NUMBERS)
 OPTIONS = Learning(window=3.0, delay=2.0)
 
 
@@ -39,7 +39,7 @@ class Answering(Looks):
     def is_answered(self, question: Question) -> bool:
         return self.may
 
-    def answer(self, question: Question, *, here: bool) -> Answer | None:
+    def answer(self, question: Question, *, here: bool) -> LookResult | None:
         return self.found
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mmt_drake.learning.answer import ROW, Answer, LearnerStatus
+from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
@@ -17,8 +17,8 @@ SAMPLE = 0.01
 WINDOW = round(OPTIONS.window / SAMPLE)
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
 NUMBERS = (1.0, 0.0, 500.0, 60.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0)
-NAMED = Answer("missing_physics", (CUBIC,), NUMBERS)
-EXPLAINED = Answer("parameters", (), NUMBERS)
+NAMED = LookResult("missing_physics", (CUBIC,), NUMBERS)
+EXPLAINED = LookResult("parameters", (), NUMBERS)
 
 
 def piece(count: int, left: float, contact: float = 1.0) -> Piece:
@@ -64,13 +64,13 @@ def test_laws_do_not_enter_where_the_latest_contact_needs_none() -> None:
 @pytest.mark.parametrize(
     ("answer", "status"),
     [
-        (Answer("unexplained"), LearnerStatus.CANNOT_TELL),
-        (Answer("missing_physics", refused=("force_bias: ...",)), LearnerStatus.NOT_FELT),
+        (LookResult("unexplained"), LearnerStatus.CANNOT_TELL),
+        (LookResult("missing_physics", refused=("force_bias: ...",)), LearnerStatus.NOT_FELT),
         (None, LearnerStatus.FAILED),
     ],
 )
 def test_an_answer_that_settles_nothing_changes_nothing_and_more_is_looked_at_next(
-    answer: Answer | None, status: LearnerStatus
+    answer: LookResult | None, status: LearnerStatus
 ) -> None:
     first = ModelMessage(NUMBERS, (CUBIC,), number=4)
     told = asked(message=first).answered(answer, doubtful=True)

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from mmt_drake.analysis.learned import SETTLES_S, Learned, learned
+from mmt_drake.analysis.learned import SETTLES_S, ToldLaws, learned
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.targets import FELT_AFTER, FELT_AFTER_FOREIGN, NOT_ENTERED, WRONG_LAWS
 from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
@@ -45,7 +45,7 @@ FOREIGN: Final[Mapping[str, Mapping[str, float]]] = {
 
 
 @dataclass(frozen=True)
-class Kind:
+class LearningKind:
     """A kind of object and of station.
 
     Attributes:
@@ -96,15 +96,15 @@ class Kind:
 
 
 KINDS: Final = (
-    *(Kind((name,)) for name in LAWS),
-    *(Kind((name,), plant="foreign") for name in FOREIGN),
-    Kind(()),
-    Kind((), plant="foreign"),
-    Kind(("nonlinear_stiffness", "viscoelastic_relaxation")),
-    Kind((), first=("nonlinear_stiffness",)),
-    Kind(("hunt_crossley_damping",), first=("nonlinear_stiffness",)),
-    Kind(("nonlinear_stiffness",), delay=0.4),
-    Kind(("nonlinear_stiffness",), motion="reaches"),
+    *(LearningKind((name,)) for name in LAWS),
+    *(LearningKind((name,), plant="foreign") for name in FOREIGN),
+    LearningKind(()),
+    LearningKind((), plant="foreign"),
+    LearningKind(("nonlinear_stiffness", "viscoelastic_relaxation")),
+    LearningKind((), first=("nonlinear_stiffness",)),
+    LearningKind(("hunt_crossley_damping",), first=("nonlinear_stiffness",)),
+    LearningKind(("nonlinear_stiffness",), delay=0.4),
+    LearningKind(("nonlinear_stiffness",), motion="reaches"),
 )
 
 
@@ -114,7 +114,7 @@ class LearningCase:
 
     Attributes:
         number: of the draw.
-        kind: `Kind.label`.
+        kind: `LearningKind.label`.
         laws: that the object has.
         plant: own or foreign.
         told: laws of the last message.
@@ -135,7 +135,7 @@ class LearningCase:
     after: float | None
 
 
-def run_case(number: int, kind: Kind, seed: int) -> LearningCase:
+def run_case(number: int, kind: LearningKind, seed: int) -> LearningCase:
     """One object, felt and learned."""
     learner = load_scenario("setup1-learning")
     scenario = scenario_from(kind.scenario(number, seed))
@@ -146,9 +146,9 @@ def run_case(number: int, kind: Kind, seed: int) -> LearningCase:
         return _case(number, kind, load(file))
 
 
-def _case(number: int, kind: Kind, recording: Recording) -> LearningCase:
+def _case(number: int, kind: LearningKind, recording: Recording) -> LearningCase:
     found = learned(recording)
-    found = Learned(None, ()) if found is None else found
+    found = ToldLaws(None, ()) if found is None else found
     told = [tuple(sorted(effect.name for effect in model.effects)) for model in found.told]
     laws, new = tuple(sorted(kind.laws)), told[1:] if kind.first else told
     errors = [found.before, *(model.error for model in found.told)]
