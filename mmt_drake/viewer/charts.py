@@ -81,7 +81,7 @@ _FORCES = {"true": "true_force", "estimated": "estimated_force", "measured": "fo
 _DRAWN = {"true": (GREEN, 5.0), "estimated": (ESTIMATED, 3.0), "measured": (MEASURED, 1.5), "rendered": (RENDERED, 1.5)}
 """Colour and width: where lines are one, all are seen, the first below."""
 _TOLD = ("in_contact", "theta_stable", "model_status", "learner_status")
-_LAWS = MESSAGE[EFFECTS:]
+_LAWS = tuple(f"model_{name}" for name in MESSAGE[EFFECTS:])
 #: What a sample of a station holds: numbers in this order, NaN where one is not known.
 COLUMNS = (
     "time",

@@ -1,5 +1,6 @@
 """The page comes from this machine alone, fetches nothing from elsewhere, ends with the run, and obeys nobody else."""
 
+import json
 import os
 import re
 import signal
@@ -13,7 +14,9 @@ import pytest
 from browsers import Address, connect, head, move, status, stream
 
 from mmt_drake.errors import BadInput
+from mmt_drake.learning.answer import LearnerStatus
 from mmt_drake.model.parameters import THETA_UNITS
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.viewer import charts, serve
 from mmt_drake.viewer.viewer import Viewer
 
@@ -270,3 +273,13 @@ def test_nothing_else_listens(slider: Viewer) -> None:
     tables = [Path(f"/proc/net/{kind}").read_text().splitlines()[1:] for kind in ("tcp", "tcp6")]
     ours = [row.split() for table in tables for row in table if f"socket:[{row.split()[9]}]" in links]
     assert [row[1].split(":")[1] for row in ours if row[3] == "0A"] == [f"{Address(slider.url).port:04X}"]
+
+
+def test_a_law_that_is_told_stands_in_words_behind_its_code() -> None:
+    told = ModelMessage(UNKNOWN_THETA, (ToldEffect("nonlinear_stiffness", {"k3": 3e6}),))
+    row = dict(zip(charts.COLUMNS, charts.sample(1.0, {"model": told.vector().tolist()}), strict=True))
+    settings = json.loads(re.search(r"const settings = (\{.*\});", charts.page()).group(1))
+    assert [charts.COLUMNS[at] for at in settings["laws"]] == ["model_effect1", "model_effect2"]
+    assert settings["effects"][f"{row['model_effect1']:.0f}"] == ["nonlinear stiffness", "k3 = # N/m^3"]
+    assert row["model_effect1_1"] == 3e6 and row["model_effect2"] == 0.0
+    assert len(settings["learners"]) == len(LearnerStatus)

@@ -21,7 +21,7 @@ from mmt_drake.systems.live_view import LiveView
 from mmt_drake.viewer import charts
 from mmt_drake.viewer.viewer import Viewer
 
-SCENARIO = "setup1-free-running"  # it has all there is to be seen
+SCENARIO = "setup1-learning"  # it has all there is to be seen
 
 
 @pytest.fixture
