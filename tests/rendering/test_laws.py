@@ -14,7 +14,7 @@ from mmt_drake.model_files import with_effects
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.numeric.vectors import UP
 from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, READOUT_SIZES, drop_laws, render_on
-from mmt_drake.rendering.laws import align, told_by_bytes
+from mmt_drake.rendering.laws import align, felt_by_bytes
 from mmt_drake.rendering.status import APPROACHING, NOT_FELT, RENDERING, TOO_FAST, UNKNOWN_MODEL
 from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, RateLimited, rule
 from mmt_drake.told_laws import NO_LAWS, VECTOR_SIZE, told_by
@@ -113,7 +113,7 @@ def test_a_message_that_is_refused_leaves_the_last_good_one_and_says_why():
     active, unknown, newer = vector.copy(), vector.copy(), vector.copy()
     active[15], unknown[14], newer[0] = -1e5, 12.0, 2.0
     cases = [(active, NOT_FELT), (unknown, UNKNOWN_MODEL), (newer, UNKNOWN_MODEL)]
-    cases = [(told_by_bytes(bad.tobytes()), status) for bad, status in cases] + [(told(6), UNKNOWN_MODEL)]
+    cases = [(felt_by_bytes(bad.tobytes()), status) for bad, status in cases] + [(told(6), UNKNOWN_MODEL)]
     steady = Felt(AtOnce(), motion, good)
     for bad, status in cases:
         found = Felt(AtOnce(), motion, [good if k < 100 else bad for k in range(500)])

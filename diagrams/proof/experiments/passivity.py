@@ -3,7 +3,8 @@
 Renderers of the shipped scenarios, tick by tick in a compiled loop, as they are and with other policies of updates.
 Parameters are drawn anew all the time, far apart, some of them no model, and others whenever the force pushes the hand;
 the estimator is now sure of them and now not; contact comes late or flickers; where friction holds the body is
-invented; the hand strokes and presses, stiff or yielding to what it feels, within `HAND_ACCELERATION`.
+invented; where there is a learner laws come and go, out of turn now and then; the hand strokes and presses, stiff or
+yielding to what it feels, within `HAND_ACCELERATION`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,17 +17,21 @@ from numba import njit
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
+from mmt_drake.diagrams.proof.experiments.learning import LAWS
 from mmt_drake.diagrams.proof.experiments.targets import GIVEN, UPDATE_JUMP_N
 from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
 from mmt_drake.diagrams.proof.studies.study import Reached, Report
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.shipped import shipped
+from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_SIZE
+from mmt_drake.model_message import ModelMessage, ToldEffect
 from mmt_drake.numeric.arrays import Array, assign
-from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, render
+from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, render_on
 from mmt_drake.rendering.updates import AtOnce, Blended, Policy, RateLimited, renderer_rules
 from mmt_drake.systems.compliant_tip import advance_tip, step_of_tip
+from mmt_drake.told_laws import NO_LAWS, told_by
 
 STEP: Final = 1e-3
 TICKS: Final = 2000
@@ -87,6 +92,8 @@ def played(
     unsure: Array,
     placed: bool,
     arm: tuple[Array, Array, Array] | None,
+    told: Array,
+    which: Array,
 ) -> tuple[float, float]:
     """The least energy [J] that the hand had put in at any time, and the largest jump of an update [N].
 
@@ -106,6 +113,8 @@ def played(
         unsure: (n,) 1 while it is not.
         placed: the renderer has no velocity.
         arm: `step_of_tip` of one between hand and probe.
+        told: (k, TOLD_SIZE) what messages tell of laws.
+        which: (n,) of them is the latest.
     """
     memory, out = np.zeros(MEMORY_SIZE), np.zeros(_MEMORY + MEMORY_SIZE)
     motion, tip, hand, force = np.zeros(6), np.zeros(7), np.zeros(3), np.zeros(3)
@@ -133,7 +142,9 @@ def played(
         touching[k] = contact[k] if probe[2] < 0.0 else 1.0 - contact[k]
         flag = touching[max(k - late, 0)]
         latest = pushing[k] if power > 0.0 else theta[k]
-        render(memory, k * STEP, probe, motion, latest, stable[k], flag, rules[int(unsure[k])], placed, held[k], out)
+        laws, rule = told[int(which[k])], rules[int(unsure[k])]
+        given = (memory, k * STEP, probe, motion, latest, stable[k], flag, rule, placed, held[k])
+        render_on(*given, NO_PLANE, 1.0, np.inf, laws, out)
         if arm is not None:
             advance_tip(tip, motion, out[:3], *arm)
         assign(memory, out[_MEMORY:])
@@ -177,6 +188,7 @@ def run_adversary(number: int, policy: str, seed: int) -> EnergyRun:
         _unsure(random),
         renderer.probe == "placed",
         arm,
+        *_messages(random, load_scenario(name).learner is not None),
     )
     return EnergyRun(number, policy, name, signal, max(0.0, -given), jump)
 
@@ -197,6 +209,34 @@ def _wild(random: np.random.Generator) -> tuple[Array, Array]:
     sets[random.random(count) < 0.02] = np.nan
     stable = (random.random(count) > 0.05) * 1.0
     return np.repeat(sets, every, axis=0)[:TICKS], np.repeat(stable, every)[:TICKS]
+
+
+def _messages(random: np.random.Generator, learner: bool) -> tuple[Array, Array]:
+    """What messages tell of laws (k, TOLD_SIZE), and which is the latest (n,): nothing where there is no learner.
+
+    A new one every 0.1 s of none to two laws, of sizes far apart; some come late, behind a later one.
+    """
+    if not learner:
+        return NO_LAWS[np.newaxis], np.zeros(TICKS)
+    told = []
+    for number in range(1, TICKS // 100 + 1):
+        names = random.permutation(list(LAWS))[: random.integers(3)]
+        sizes = ({symbol: value * 5.0 ** random.uniform(-1.0, 1.0) for symbol, value in LAWS[n].items()} for n in names)
+        effects = tuple(ToldEffect(name, values) for name, values in zip(names.tolist(), sizes, strict=True))
+        told.append(_told(effects, number))
+    which = np.arange(len(told))
+    late = np.flatnonzero(random.random(len(told) - 1) < 0.1)
+    which[late], which[late + 1] = late + 1, late
+    return np.array(told), np.repeat(which, 100).astype(np.float64)
+
+
+def _told(effects: tuple[ToldEffect, ...], number: int) -> Array:
+    """(TOLD_SIZE,) of a message with these effects; of one without any, where they cannot stand side by side."""
+    theta = tuple(map(float, np.sqrt(_LOW * _HIGH)))
+    try:
+        return told_by(ModelMessage(theta, effects, number=number))
+    except BadInput:
+        return told_by(ModelMessage(theta, number=number))
 
 
 def _hand(random: np.random.Generator) -> Array:
@@ -255,8 +295,9 @@ def report_of(runs: Sequence[EnergyRun], seed: int = 0) -> Report:
         lead=(
             f"{count} adversaries of {TICKS * STEP:g} s each against the renderers of the shipped scenarios in turn, "
             "and the first tenth against these with other policies of updates: wild parameters, contact that is late "
-            "or flickers, an estimator that is now sure and now not, invented reports of where the body is held, a "
-            f"velocity that is {', '.join(SIGNALS)}; seed {seed}. Each force is held until the next tick and counted "
+            "or flickers, an estimator that is now sure and now not, invented reports of where the body is held, laws "
+            f"that come and go where there is a learner, a velocity that is {', '.join(SIGNALS)}; seed {seed}. Each "
+            "force is held until the next tick and counted "
             "with what the hand moves in it."
         ),
         heading="Energy that nobody put in",
