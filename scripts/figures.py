@@ -24,7 +24,7 @@ BENCHES = {"bench": partial(bench_study, "quick"), "bench-faults": partial(fault
 BENCHES |= {f"bench-{group}": partial(bench_study, group) for group in GROUPS if group != "quick"}
 OPTIONS = {"bench-faults": " --moments 2"}
 _WRITTEN = "Written by the command above"
-COUNTS = {"adequacy": 50, "late": 2, "fit": 20}
+COUNTS = {"adequacy": 5, "late": 2, "fit": 20}
 """Cases, where a page has another number than the experiment by itself."""
 
 
