@@ -89,6 +89,7 @@ STATIONS = (
     ("setup1", ("renderer=!ProxySpring {}", "environment.cloud=!SimulatedDepthCamera {}")),
     ("setup3", ("estimator=!OutputErrorOptions {}", "switching=operator")),
     ("setup1", ("environment.surface=!Sphere {}",)),
+    ("setup1-learning", ()),
 )
 
 
