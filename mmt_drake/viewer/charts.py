@@ -125,7 +125,7 @@ def sample(time: float, values: Mapping[str, Sequence[float]]) -> list[float]:
     parts |= {label: values.get(name, _NOT_KNOWN[:3]) for label, name in _FORCES.items() if label != "measured"}
     ports = ("in_contact", "stable", *_TOLD[2:])
     told = [values.get(name, _NOT_KNOWN)[0] for name in ports]
-    laws = values.get("model", (0.0,) * len(MESSAGE))[EFFECTS:]
+    laws = values.get("model", (math.nan,) * len(MESSAGE))[EFFECTS:]
     forces = (number for label in _FORCES for number in parts[label])
     return [time, *forces, *told, *values.get("theta", _NOT_KNOWN), *laws]
 
