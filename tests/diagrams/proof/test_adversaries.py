@@ -44,7 +44,8 @@ def test_no_adversary_gets_energy_out_of_what_is_shipped_and_other_policies_give
     report = report_of(runs)
     counted = {figure.case: figure.value for figure in report.reached if figure.target.unit == "runs"}
     assert counted[AS_SHIPPED] == 0.0 and all(counted[name] > 0.0 for name in POLICIES if name != AS_SHIPPED)
-    assert 0.0 < max(run.jump for run in shipped) < 0.051  # 50 N/s
+    assert 0.0 < max(run.jump for run in shipped if run.scenario != "setup1-learning") < 0.051  # 50 N/s
+    assert max(run.jump for run in shipped) < 0.1  # a place that is told may bend a law further (docs/learning.md)
 
 
 def test_runs_are_counted_by_policy_and_by_what_becomes_of_the_velocity() -> None:
