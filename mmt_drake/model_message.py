@@ -20,6 +20,7 @@ from zlib import crc32
 import numpy as np
 
 from mmt_drake.effects import LIBRARY, Effect
+from mmt_drake.effects.wording import law_words
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import ActiveLaw, Slot
 from mmt_drake.model.message_layout import EFFECTS, ENTRY, HEAD, MESSAGE_SIZE, MOST_EFFECTS
@@ -57,9 +58,10 @@ class ToldEffect:
     @property
     def words(self) -> str:
         """As a person reads it: `nonlinear stiffness (k3 = 3e+06 N/m^3)`."""
-        units = {p.symbol: "" if p.unit == "1" else f" {p.unit}" for p in LIBRARY[self.name].parameters}
-        values = ", ".join(f"{symbol} = {value:.3g}{units[symbol]}" for symbol, value in self.parameters.items())
-        return f"{self.name.replace('_', ' ')} ({values})"
+        name, *numbers = law_words(LIBRARY[self.name])
+        told = {number.partition(" ")[0]: number for number in numbers}
+        values = (told[symbol].replace("#", f"{value:.3g}") for symbol, value in self.parameters.items())
+        return f"{name} ({', '.join(values)})"
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,7 @@ NETS: Final = {
     "stamp": "measured_stamps.received | stamps_to_telerobot.received",
     "felt": "to_renderer.received | operator.motion",
     "touching": "arm_model.motion | felt",
+    "told_model": "estimator.model if learner.model | to_operator.model",
 }
 """Nets that are read more than once. `returned` is what crosses the network to the operator."""
 
@@ -161,7 +162,7 @@ READS: Final = {
     "live_view.theta": "estimator.theta | to_operator.theta",
     "live_view.stable": "estimator.stable | to_operator.stable",
     "live_view.model_status": "estimator.model_status | to_operator.model_status",
-    "live_view.model": "estimator.model if learner.model | to_operator.model",
+    "live_view.model": "told_model",
     "live_view.learner_status": "learner.status",
     "live_view.estimated_force": "local_frame.estimated | estimator.estimated_force",
     "live_view.true_force": "environment.force",
@@ -192,7 +193,7 @@ RECORDED: Final = {
     "model_status": "estimator.model_status | to_operator.model_status",
     "residual_ratio": "estimator.residual_ratio",
     "force_lateness": "estimator.force_lateness",
-    "model": "estimator.model if learner.model | to_operator.model",
+    "model": "told_model",
     "learner_status": "learner.status",
     "held_body": "estimator.held_body | to_operator.held_body",
     "rendered_force": "renderer.force",

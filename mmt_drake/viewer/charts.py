@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass
 import jinja2
 
 from mmt_drake.analysis.plotting import ESTIMATED, GREEN, MEASURED, RENDERED
-from mmt_drake.effects import LIBRARY, Effect
+from mmt_drake.effects import LIBRARY
+from mmt_drake.effects.wording import law_words
 from mmt_drake.model.message_layout import EFFECTS, ENTRY, MESSAGE
 from mmt_drake.model.parameters import THETA_UNITS
 from mmt_drake.model_message import code_of
@@ -152,7 +153,7 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
         "learner": learner,
         "learners": LEARNER_WORDS,
         "laws": [panels.columns.index(name) for name in _LAWS[::ENTRY] if name in panels.columns],
-        "effects": {f"{code_of(name):.0f}": _law_words(effect) for name, effect in LIBRARY.items()},
+        "effects": {f"{code_of(name):.0f}": law_words(effect) for name, effect in LIBRARY.items()},
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in panels.charts],
         "truth": GREEN,
@@ -161,9 +162,3 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
     legend = LEGEND if panels.scene else ()
     text = json.dumps(settings).replace("<", "\\u003c")  # a name from a file ends no script
     return environment.get_template("live.html.j2").render(settings=text, notices=notices, legend=legend)
-
-
-def _law_words(effect: Effect) -> list[str]:
-    """The name of an effect and the units of its parameters by their symbols, for people."""
-    values = (f"{p.symbol} = #" + ("" if p.unit == "1" else f" {p.unit}") for p in effect.parameters)
-    return [effect.name.replace("_", " "), *values]

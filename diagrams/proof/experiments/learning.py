@@ -11,6 +11,7 @@ import numpy as np
 
 from mmt_drake.analysis.learned import SETTLES_S, ToldLaws, learned
 from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.diagnosis.tell.wording import all_words
 from mmt_drake.diagrams.proof.experiments.targets import FELT_AFTER, FELT_AFTER_FOREIGN, NOT_ENTERED, WRONG_LAWS
 from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
 from mmt_drake.diagrams.proof.studies.study import Reached, Report
@@ -65,9 +66,9 @@ class LearningKind:
     @property
     def label(self) -> str:
         """For a table."""
-        parts = [" + ".join(name.replace("_", " ") for name in self.laws) or "none", self.plant]
+        parts = [all_words(self.laws) or "none", self.plant]
         parts += [f"{1e3 * self.delay:g} ms"] if self.delay else []
-        parts += [f"told {' + '.join(self.first).replace('_', ' ')} at first"] if self.first else []
+        parts += [f"told {all_words(self.first)} at first"] if self.first else []
         parts += [self.motion] if self.motion != "strokes" else []
         return ", ".join(parts)
 
@@ -216,8 +217,7 @@ def learning_table(cases: Sequence[LearningCase]) -> Table:
     """Case by case."""
     rows: list[list[Cell]] = []
     for case in cases:
-        told = " + ".join(case.told).replace("_", " ") or "nothing"
-        wrong = ", ".join(case.wrong).replace("_", " ") or "none"
+        told, wrong = all_words(case.told) or "nothing", all_words(case.wrong) or "none"
         errors = [None if error is None else 100.0 * error for error in (case.before, case.after)]
         rows.append([case.kind, case.number, told, case.entered_s, wrong, *errors])
     headers = ["object", "draw", "told in the end", "entered after [s of contact]", "wrong laws told"]

@@ -22,8 +22,8 @@ from mmt_drake.diagnosis.tell.wording import (
     rms_words,
     share_words,
     span,
-    words,
 )
+from mmt_drake.effects.wording import words
 
 BUDGET, NEXT, SOURCES = "What the model's error is made of", "What to do next", "Where this comes from"
 

@@ -5,7 +5,8 @@ from html import escape
 from mmt_drake.analysis.table import Table
 from mmt_drake.diagnosis.tell.report_tables import effect_table, parameter_table
 from mmt_drake.diagnosis.tell.result import Diagnosis
-from mmt_drake.diagnosis.tell.wording import PERCENT, part_words, share_words, words
+from mmt_drake.diagnosis.tell.wording import PERCENT, part_words, share_words
+from mmt_drake.effects.wording import words
 from mmt_drake.notebook import html_table
 
 

@@ -13,7 +13,7 @@ from mmt_drake.analysis.interactive import Plot, cloud, curve, points, rows, sha
 from mmt_drake.diagnosis.tell.evidence import Curve, Evidence, Series, worst_windows
 from mmt_drake.diagnosis.tell.figures_common import COLORS, DASHES, HELDOUT, MEASURED, NAMES, NOISE, axis_label, binned
 from mmt_drake.diagnosis.tell.result import EffectParameter, NamedEffect
-from mmt_drake.diagnosis.tell.wording import words
+from mmt_drake.effects.wording import words
 from mmt_drake.numeric.arrays import Array
 
 HELD_OUT = "held out from the fit"

@@ -24,7 +24,7 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
 from mmt_drake.diagnosis.tell.motion_plans import MotionPlan, Planner, closed_loop
-from mmt_drake.diagnosis.tell.wording import words
+from mmt_drake.effects.wording import words
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording, save

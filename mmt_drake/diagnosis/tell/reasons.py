@@ -7,7 +7,8 @@ from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.problem import Fitted
-from mmt_drake.diagnosis.tell.wording import capitalised, listed, words
+from mmt_drake.diagnosis.tell.wording import capitalised, listed
+from mmt_drake.effects.wording import words
 
 HeldOutErrors = Mapping[frozenset[str], float | None]
 """Set of effects -> held-out error of its fit; None where the simulation of the raw recording diverges."""

@@ -12,8 +12,9 @@ from mmt_drake.diagnosis.tell.figures_common import COLORS, NAMES, NOISE
 from mmt_drake.diagnosis.tell.first_screen import first_screen, lead
 from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
-from mmt_drake.diagnosis.tell.wording import all_words, capitalised, listed, rms_words, words
+from mmt_drake.diagnosis.tell.wording import all_words, capitalised, listed, rms_words
 from mmt_drake.effects import LIBRARY
+from mmt_drake.effects.wording import words
 
 DETAILED: Final = 2
 """Pieces of evidence that get every figure."""

@@ -10,7 +10,8 @@ from mmt_drake.diagnosis.decide.block_replay import BlockReplay
 from mmt_drake.diagnosis.tell.figures_common import NAMES
 from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.result import Diagnosis, NamedEffect, Values
-from mmt_drake.diagnosis.tell.wording import all_words, bounded, capitalised, in_degrees, rms_words, words
+from mmt_drake.diagnosis.tell.wording import all_words, bounded, capitalised, in_degrees, rms_words
+from mmt_drake.effects.wording import words
 
 DIGITS: Final = 3
 """Of a number in a table."""

@@ -7,7 +7,8 @@ from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.diagnosis.tell.result import Diagnosis, Fit
-from mmt_drake.diagnosis.tell.wording import FOLLOWED, capitalised, followed, listed, rms_words, span, words
+from mmt_drake.diagnosis.tell.wording import FOLLOWED, capitalised, followed, listed, rms_words, span
+from mmt_drake.effects.wording import words
 
 BANNERS: Final[dict[Verdict, Banner]] = {
     "no_mismatch": Banner("No mismatch beyond noise", "good"),

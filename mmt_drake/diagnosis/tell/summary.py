@@ -6,7 +6,8 @@ from typing import Final
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, EffectParameter, NamedEffect
-from mmt_drake.diagnosis.tell.wording import bounded, followed, in_degrees, part_words, rms_words, share_words, words
+from mmt_drake.diagnosis.tell.wording import bounded, followed, in_degrees, part_words, rms_words, share_words
+from mmt_drake.effects.wording import words
 
 MOST_WARNINGS: Final = 3
 """More are counted only: the report has them all."""

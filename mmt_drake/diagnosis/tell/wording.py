@@ -8,6 +8,7 @@ from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.budget import NAMELESS, PARAMETERS, SHARED
 from mmt_drake.diagnosis.decide.mismatch import Dependence, Mismatch
 from mmt_drake.diagnosis.tell.result import EffectParameter, Fit, NamedEffect
+from mmt_drake.effects.wording import words
 
 PERCENT: Final = (
     "Percent of an error means one thing here: a share of the mean squared error that the model handed in makes "
@@ -29,15 +30,6 @@ _PARTS: Final = {
     SHARED: "parameters and effects together",
     NAMELESS: "what nobody has named",
 }
-_PROPER: Final = {"coulomb": "Coulomb", "stribeck": "Stribeck", "hunt crossley": "Hunt-Crossley", "dahl": "Dahl"}
-
-
-def words(name: str) -> str:
-    """A name as people write it: `static_friction` is static friction, `coulomb_friction` Coulomb friction."""
-    written = name.replace("_", " ")
-    for lower, proper in _PROPER.items():
-        written = written.replace(lower, proper)
-    return written
 
 
 def all_words(names: Iterable[str]) -> str:

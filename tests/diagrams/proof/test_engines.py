@@ -55,11 +55,12 @@ def test_the_renderer_follows_the_exact_transfer_function_to_1e_5_on_both_tables
     assert max(errors) < {"inside_step": 1e-9, "sampled": 1e-5}[input_]
 
 
-@pytest.mark.parametrize(("tick", "times"), [(COMPILED, 8.0), (FROM_PYTHON, 8.0)], ids=["natively", "from Python"])
+@pytest.mark.parametrize(("tick", "times"), [(COMPILED, 5.0), (FROM_PYTHON, 8.0)], ids=["natively", "from Python"])
 def test_a_tick_of_the_renderer_is_of_the_order_of_the_cheapest_step_of_an_engine_stepped_alike(tick, times):
     point = POINTS["B", 24.3]
     alike = [method for method in INSTALLED if method.from_python == tick.from_python]
-    cost = {method: measure(method, point, "inside_step").us_per_step for method in alike}
+    turns = [{method: measure(method, point, "inside_step").us_per_step for method in alike} for _ in range(3)]
+    cost = {method: min(turn[method] for turn in turns) for method in alike}
     assert cost.pop(tick) < times * min(cost.values())
 
 
