@@ -1,7 +1,8 @@
 """Objects with physics that ten numbers do not tell: what a learner names while they are felt, and what that brings."""
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,7 +16,7 @@ from mmt_drake.diagnosis.tell.wording import all_words
 from mmt_drake.diagrams.proof.experiments.targets import FELT_AFTER, FELT_AFTER_FOREIGN, NOT_ENTERED, WRONG_LAWS
 from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
 from mmt_drake.diagrams.proof.studies.study import Reached, Report
-from mmt_drake.diagrams.stations.scenario import load_scenario, scenario_from
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.recording import Recording, load
 
@@ -23,6 +24,8 @@ SECONDS: Final = 50.0
 SOON_S: Final = 20.0
 """Contact, and the declared delay beside it, within which a law is to have entered."""
 
+OBJECT: Final = {"m": 1.0, "k2": 500.0, "b1": 60.0, "b2": 60.0, "Fc": 0.5}
+"""The thesis's, with friction that is felt."""
 LAWS: Final[Mapping[str, Mapping[str, float]]] = {
     "nonlinear_stiffness": {"k3": 3.0e6},
     "hunt_crossley_damping": {"lambda": 300.0},
@@ -72,28 +75,24 @@ class LearningKind:
         parts += [self.motion] if self.motion != "strokes" else []
         return ", ".join(parts)
 
-    def scenario(self, number: int, seed: int) -> dict[str, Any]:
-        """As YAML would have it; of each number another draw of object and noise."""
+    def scenario(self, number: int, seed: int) -> Scenario:
+        """`setup1-learning` with this object; of each number another draw of object and noise."""
         random = np.random.default_rng((seed, number))
-        factors = random.uniform(0.7, 1.4, 5) if number else np.ones(5)
-        own = dict(zip(("m", "k2", "b1", "b2", "Fc"), (factors * (1.0, 500.0, 60.0, 60.0, 0.5)).tolist(), strict=True))
-        thing: dict[str, Any] = {"parameters": {**own, "k1": 0.0}, "normal": {"k": 500.0, "b": 60.0}}
-        world: dict[str, Any] = {"object": thing, "noise": {"force": 0.02, "position": 1e-5, "velocity": 5e-4}}
+        factors = random.uniform(0.7, 1.4, len(OBJECT)) if number else np.ones(len(OBJECT))
+        own = dict(zip(OBJECT, (factors * list(OBJECT.values())).tolist(), strict=True))
+        changes = {"seed": 1000 * seed + number, "operator.motion": self.motion, "environment.object.friction": None}
+        changes |= {f"environment.object.parameters.{symbol}": value for symbol, value in own.items()}
+        changes |= {"estimator.effects": told(self.first), "environment.object.effects": told(self.laws)}
+        changes |= {f"{way}.delay": self.delay for way in ("to_telerobot", "to_operator")}
         if self.plant == "foreign":
             own_names = {symbol: value for law in self.laws for symbol, value in FOREIGN[law].items()}
-            world = {"!": "ForeignBox", **world, "laws": own_names}
-        else:
-            thing["effects"] = [{"name": name, "parameters": dict(LAWS[name])} for name in self.laws]
-        told = [{"name": name, "parameters": dict(LAWS[name])} for name in self.first]
-        return {
-            "name": "learning",
-            "seed": 1000 * seed + number,
-            "operator": {"!": "Scripted", "motion": self.motion},
-            "environment": world,
-            "estimator": {"!": "OutputErrorOptions", "effects": told},
-            "to_telerobot": {"delay": self.delay},
-            "to_operator": {"delay": self.delay},
-        }
+            changes |= {"environment.!": "ForeignBox", "environment.object.effects": [], "environment.laws": own_names}
+        return load_scenario("setup1-learning", [f"{key}={json.dumps(value)}" for key, value in changes.items()])
+
+
+def told(laws: Sequence[str]) -> list[dict[str, Any]]:
+    """Laws as a scenario's file says them, with the values of `LAWS`."""
+    return [{"name": name, "parameters": LAWS[name]} for name in laws]
 
 
 KINDS: Final = (
@@ -138,28 +137,25 @@ class LearningCase:
 
 def run_case(number: int, kind: LearningKind, seed: int) -> LearningCase:
     """One object, felt and learned."""
-    learner = load_scenario("setup1-learning")
-    scenario = scenario_from(kind.scenario(number, seed))
-    scenario = replace(scenario, learner=learner.learner, renderer=learner.renderer, switching=learner.switching)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "run.mcap"
-        build_station(scenario, record=file).simulate(SECONDS)
+        build_station(kind.scenario(number, seed), record=file).simulate(SECONDS)
         return _case(number, kind, load(file))
 
 
 def _case(number: int, kind: LearningKind, recording: Recording) -> LearningCase:
     found = learned(recording)
     found = ToldLaws(None, ()) if found is None else found
-    told = [tuple(sorted(effect.name for effect in model.effects)) for model in found.told]
-    laws, new = tuple(sorted(kind.laws)), told[1:] if kind.first else told
+    messages = [tuple(sorted(effect.name for effect in model.effects)) for model in found.told]
+    laws, new = tuple(sorted(kind.laws)), messages[1:] if kind.first else messages
     errors = [found.before, *(model.error for model in found.told)]
-    right = [model.contact for model, names in zip(found.told, told, strict=True) if names == laws and laws]
+    right = [model.contact for model, names in zip(found.told, messages, strict=True) if names == laws and laws]
     return LearningCase(
         number,
         kind.label,
         laws,
         kind.plant,
-        told[-1] if told else (),
+        messages[-1] if messages else (),
         tuple(sorted({name for names in new for name in names if name not in laws})),
         right[0] if right else None,
         errors[1] if kind.first and len(errors) > 1 else errors[0],
@@ -217,9 +213,9 @@ def learning_table(cases: Sequence[LearningCase]) -> Table:
     """Case by case."""
     rows: list[list[Cell]] = []
     for case in cases:
-        told, wrong = all_words(case.told) or "nothing", all_words(case.wrong) or "none"
+        last, wrong = all_words(case.told) or "nothing", all_words(case.wrong) or "none"
         errors = [None if error is None else 100.0 * error for error in (case.before, case.after)]
-        rows.append([case.kind, case.number, told, case.entered_s, wrong, *errors])
+        rows.append([case.kind, case.number, last, case.entered_s, wrong, *errors])
     headers = ["object", "draw", "told in the end", "entered after [s of contact]", "wrong laws told"]
     return Table([*headers, "force off before [%]", "after [%]"], rows, "What was told, and what it brought.")
 

@@ -134,18 +134,11 @@ class Learner:
             window = window.shortened(0)
             window.weight[: round(_BEFORE_S / self.h)] = 0.0
             start, memory = Beginning.known(start.of(known.x)), self._prior(known).plus(memory).only(LATENESS)
-        x = known.x
-        if np.isfinite(message.theta).all():
-            x = np.concatenate([unknowns(np.array(message.theta))[OBJECT], x[LATENESS]])
+        x, stick, theta = known.x, Stick(), np.array(message.theta)
+        if np.isfinite(theta).all():
+            x, stick = np.concatenate([unknowns(theta)[OBJECT], x[LATENESS]]), Stick.of(theta)
         anew = known.of_another(
-            window=window,
-            start=start,
-            x=x,
-            stick=Stick(),
-            memory=memory,
-            adequacy=Adequacy(),
-            trusted=None,
-            model=model,
+            window=window, start=start, x=x, stick=stick, memory=memory, adequacy=Adequacy(), trusted=None, model=model
         )
         if len(window) == 0:
             return anew

@@ -78,6 +78,12 @@ class Stick(NamedTuple):
     excess: float = 0.0
     speed: float = 0.0
 
+    @classmethod
+    def of(cls, theta: Array) -> Self:
+        """That of theta (10,)."""
+        *_, Fc, _, _, Fs, v_d = theta.tolist()
+        return cls(max(Fs - Fc, 0.0), v_d)
+
 
 @dataclass(frozen=True)
 class Information:

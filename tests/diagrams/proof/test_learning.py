@@ -3,7 +3,6 @@
 import pytest
 
 from mmt_drake.diagrams.proof.experiments.learning import KINDS, LAWS, LearningCase, LearningKind, report_of, tasks_of
-from mmt_drake.diagrams.stations.scenario import scenario_from
 from mmt_drake.estimation.output_error.options import check_sought
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model_message import ModelMessage, ToldEffect
@@ -13,7 +12,7 @@ CUBIC = LearningCase(0, "a", ("nonlinear_stiffness",), "own", ("nonlinear_stiffn
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.label)
 def test_every_object_is_one_that_a_station_can_have(kind: LearningKind) -> None:
-    first, second = (scenario_from(kind.scenario(number, seed=0)) for number in (0, 1))
+    first, second = (kind.scenario(number, seed=0) for number in (0, 1))
     assert first.environment.object.theta()[0] == 1.0 != second.environment.object.theta()[0]
     assert (kind.plant == "foreign") == (type(first.environment).__name__ == "ForeignBox")
 
