@@ -97,16 +97,16 @@ class Watched:
         """
         question = self.question
         assert question is not None  # which was answered
-        rested = replace(self, question=None, windows=min(self.windows + 1, _MOST)).anew()
+        more = replace(self, question=None, windows=min(self.windows + 1, _MOST))
         if answer is None:
-            return replace(rested, status=LearnerStatus.FAILED)
-        if not answer.settled:
-            return replace(rested, status=answer.status)
+            return replace(more, status=LearnerStatus.FAILED).anew()
+        if not answer.settled:  # what was seen meanwhile counts the next time
+            return replace(more, status=answer.status)
         if not (answer.laws or self.laws) or (answer.laws and not doubtful):
-            return replace(rested, status=self.standing)
+            return replace(more, status=self.standing).anew()
         message = ModelMessage(answer.theta, answer.laws, number=self._number)
         before = question.left if answer.laws else math.nan
-        return replace(rested, windows=1, before=before, message=message, status=answer.status)
+        return replace(more, windows=1, before=before, message=message, status=answer.status).anew()
 
     def judged(self, left: float, options: Learning) -> Self:
         """After a window of contact with the laws that are told: they leave again if they do not earn their place."""

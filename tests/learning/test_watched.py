@@ -75,6 +75,7 @@ def test_an_answer_that_settles_nothing_changes_nothing_and_more_is_looked_at_ne
     first = ModelMessage(NUMBERS, (CUBIC,), number=4)
     told = asked(message=first).answered(answer, doubtful=True)
     assert told.message == first and told.status == status and told.windows == 2
+    assert bool(told.pieces) == (answer is not None), "what was seen meanwhile counts the next time"
 
 
 def test_laws_leave_when_a_later_look_does_without_them() -> None:
