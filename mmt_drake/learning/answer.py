@@ -85,9 +85,8 @@ def look(rows: Array, sample: float, theta: Array, executor: Executor) -> LookRe
     Raises:
         MmtError: the contact is none that could be diagnosed.
     """
-    rows = rows[
-        int(np.argmax(rows[:, -1] > 0.5)) :
-    ]  # a moment of free motion at the edge would pass for clocks that differ
+    # A moment of free motion at the edge would pass for clocks that differ.
+    rows = rows[int(np.argmax(rows[:, -1] > 0.5)) :]
     time: Array = np.arange(len(rows), dtype=np.float64) * sample
     recording = Recording(time, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
     m, k1, k2, b1, b2, Fc, k, b = np.fmax(theta[: len(_LEAST)], list(_LEAST.values())).tolist()
