@@ -28,10 +28,10 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model_message import ModelMessage, ToldEffect
 from mmt_drake.numeric.arrays import Array, assign
-from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, render_on
+from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, drop_laws, render_on
 from mmt_drake.rendering.updates import AtOnce, Blended, Policy, RateLimited, renderer_rules
 from mmt_drake.systems.compliant_tip import advance_tip, step_of_tip
-from mmt_drake.told_laws import NO_LAWS, told_by
+from mmt_drake.told_laws import NO_LAWS, NUMBER, told_by
 
 STEP: Final = 1e-3
 TICKS: Final = 2000
@@ -143,8 +143,16 @@ def played(
         flag = touching[max(k - late, 0)]
         latest = pushing[k] if power > 0.0 else theta[k]
         laws, rule = told[int(which[k])], rules[int(unsure[k])]
-        given = (memory, k * STEP, probe, motion, latest, stable[k], flag, rule, placed, held[k])
-        render_on(*given, NO_PLANE, 1.0, np.inf, laws, out)
+        t, sure, told_held = k * STEP, stable[k], held[k]
+        try:
+            render_on(
+                memory, t, probe, motion, latest, sure, flag, rule, placed, told_held, NO_PLANE, 1.0, np.inf, laws, out
+            )
+        except Exception:  # laws that are too fast: the renderer goes on without them
+            drop_laws(memory, laws[NUMBER])
+            render_on(
+                memory, t, probe, motion, latest, sure, flag, rule, placed, told_held, NO_PLANE, 1.0, np.inf, laws, out
+            )
         if arm is not None:
             advance_tip(tip, motion, out[:3], *arm)
         assign(memory, out[_MEMORY:])
