@@ -78,7 +78,7 @@ def _typed_call(typingctx: Any, address: Any, at: Any, q: Any, p: Any) -> Any:
     return RESULT_TYPE(types.int64, AT_TYPE, OWN_TYPE, NUMBERS_TYPE), codegen
 
 
-_call: Any = intrinsic(_typed_call)
+call_law: Any = intrinsic(_typed_call)
 
 
 # The kernels below take the address of the kernel vector: an array as an argument would be counted as a reference to
@@ -151,5 +151,5 @@ def _called(address: int, vector: int, entry: int, at: At, q: Memory) -> Result:
     if curve != 0:
         last = float(vector + _BYTES * curve)
     numbers = (number_at(values, 0), number_at(values, 1), number_at(values, 2), number_at(values, 3))
-    result: Result = _call(address, at, pair, (*numbers, number_at(values, 4), last))
+    result: Result = call_law(address, at, pair, (*numbers, number_at(values, 4), last))
     return result

@@ -1,0 +1,1 @@
+"""Robot arms: any Drake `MultibodyPlant` held against a log of its joints."""

@@ -1,0 +1,146 @@
+"""Beliefs about the links of an arm: as the file says, with a payload, tilted, or with other inertial numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.problem import ArmProblem, Folds
+from mmt_drake.arms.search import BY_CHANCE, RARE, JointSearch, JointSet, chance_better
+from mmt_drake.arms.shared_fit import Belief, SharedFit
+from mmt_drake.numeric.arrays import Array
+
+LOOSE = (0.1, 0.3, 1.0, 3.0)
+"""How far inertial numbers may go from the file's, in parts of the link's mass: what held-out blocks bear."""
+_FREE_SAMPLES = 0.05
+"""One in so many samples is worth a sample of its own: what is left hangs together in time."""
+AS_WELL = 1.25
+"""Other links explain a joint as well as a rare effect does if they leave no more than so many times as much."""
+GAIN = 0.05
+"""A belief beyond the file earns its place by so much of the squared error of all joints, in the geometric mean."""
+
+
+@dataclass(frozen=True)
+class Believed:
+    """What the search found under one belief.
+
+    Attributes:
+        fit: of all joints together.
+        sets: of each joint that moves.
+    """
+
+    fit: SharedFit
+    sets: dict[int, JointSet]
+
+    @property
+    def cost(self) -> float:
+        """Mean over the joints that move of the logarithm of what they leave of held-out blocks."""
+        moving = list(self.sets)
+        return float(np.log(np.maximum(np.nanmean(self.fit.held_out[moving], axis=1), 1e-300)).mean())
+
+
+def searched(
+    problem: ArmProblem, belief: Belief, weights: Array, without: Mapping[int, frozenset[str]] | None = None
+) -> Believed:
+    """The effects of every joint under a belief.
+
+    Args:
+        problem: what is to be explained.
+        belief: about the links.
+        weights: of the joints, see `SharedFit`.
+        without: joint -> effects that are not tried on it.
+    """
+    sets: dict[int, JointSet] = {}
+    for j in problem.moving:
+        left_out = (without or {}).get(j, frozenset())
+        sets[j] = joint_search(problem, belief, j).best(_left_out(belief, left_out))
+    terms = {j: s.terms for j, s in sets.items()}
+    return Believed(SharedFit(problem, belief, terms, weights), sets)
+
+
+def joint_search(problem: ArmProblem, belief: Belief, joint: int) -> JointSearch:
+    """The search of one joint under a belief."""
+    row = problem.rows[joint]
+    prior = None if belief.prior is None else belief.prior * row.spread(problem.inner) ** 2 * _FREE_SAMPLES
+    held = [t for h in belief.held for t in row.terms if (t.effect, t.where) == (h.effect, h.where)]
+    return JointSearch(row, Folds(row, problem.inner, prior), held)
+
+
+def _left_out(belief: Belief, without: frozenset[str]) -> frozenset[str]:
+    """Effects that are not tried: a gain beside free inertial numbers is the same as these scaled."""
+    return without | {"torque_gain"} if belief.name == "refit" else without
+
+
+def _refits(problem: ArmProblem) -> Iterator[Belief]:
+    for loose in LOOSE:
+        # In units of each joint's own spread; the shared fit weighs the joints by what they leave.
+        yield Belief("refit", prior=1.0 / (loose * problem.scale) ** 2)
+
+
+def _whole_arm(problem: ArmProblem) -> Iterator[Belief]:
+    for term in problem.rows[problem.moving[0]].terms:
+        if ARM_EFFECTS[term.effect].place != "joint":
+            yield Belief(term.effect, (term,))
+
+
+def better(one: Believed, other: Believed) -> bool:
+    """Whether one belief predicts better than another, by enough to be told and not by chance."""
+    moving = list(one.sets)
+    before, after = (b.fit.held_out[moving].ravel() for b in (other, one))
+    known = np.isfinite(before) & np.isfinite(after)
+    return one.cost < other.cost + np.log(1.0 - GAIN) and chance_better(before[known], after[known]) < BY_CHANCE
+
+
+def is_sensible(found: Believed) -> bool:
+    """Whether what the belief adds to the arm has numbers that it may have."""
+    fit, inner = found.fit, found.fit.problem.inner
+    x = fit.fitted(inner)
+    half = fit.deviations(x, inner)
+    for term, at in fit.numbers_held:
+        law = ARM_EFFECTS[term.effect]
+        if any(x[at] < law.least) or not law.check(x[at]) or abs(x[at[0]]) <= half[at[0]]:
+            return False
+        if law.place == "link" and not fit.are_told(inner)[at[0]]:
+            return False
+    return True
+
+
+def settled(problem: ArmProblem, on_stage: Callable[[str], None]) -> tuple[Believed, list[Believed]]:
+    """The belief that is delivered, the simplest that no other one beats; and all that were tried.
+
+    Args:
+        problem: what is to be explained.
+        on_stage: called with what is being done.
+    """
+    plain = dict.fromkeys(problem.moving, RARE)
+    on_stage("the links as the file says")
+    first = searched(problem, Belief("none"), np.ones(len(problem.rows)), plain)
+    left = np.full(len(problem.rows), np.inf)
+    for j in problem.moving:
+        left[j] = max(float(np.nanmean(first.fit.held_out[j])), 1e-12)
+    weights = 1.0 / left
+    none = searched(problem, Belief("none"), weights)
+    on_stage("other inertial numbers of the links")
+    refits = [searched(problem, belief, weights, plain) for belief in _refits(problem)]
+    on_stage("a payload, the direction of gravity, a delay")
+    arms = [b for b in (searched(problem, belief, weights, plain) for belief in _whole_arm(problem)) if is_sensible(b)]
+    # What is rare is not taken on a joint where other links explain as much.
+    doubtful = {j: RARE for j in problem.moving if any(_explains(b.sets[j], none.sets[j]) for b in (*refits, *arms))}
+    if any(none.sets[j].names & RARE for j in doubtful):
+        none = searched(problem, Belief("none"), weights, doubtful)
+    refit = min(refits, key=lambda b: b.cost)
+    tried = [none, *arms, *refits]
+    arms.sort(key=lambda b: b.cost)
+    if arms and better(arms[0], none) and arms[0].cost < refit.cost + GAIN:
+        best = arms[0]
+    else:
+        best = refit if better(refit, none) else none
+    return (best if best is none else searched(problem, best.fit.belief, weights)), tried
+
+
+def _explains(other: JointSet, own: JointSet) -> bool:
+    """Whether a joint is explained about as well by other links."""
+    return other.fit.cost < AS_WELL * own.fit.cost

@@ -1,0 +1,162 @@
+"""The torque that a model believes in, for a motion that was recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mmt_drake.arms.arm_file import ArmModel, JointEffect
+from mmt_drake.arms.joint_log import JointLog
+from mmt_drake.arms.joint_motion import JointMotion
+from mmt_drake.arms.laws import ARM_EFFECTS, Shape
+from mmt_drake.arms.motion import ArmMotion
+from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.regressor import Regressor, regressor
+from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array, Flags
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A log, ready to be held against models.
+
+    Attributes:
+        log: what was recorded.
+        motion: smooth.
+        asked: torque for one unit of each inertial number.
+        rigid: (n, joints) torque that moves the links as believed [N m].
+        believed: (n, joints) the same with the model's effects.
+    """
+
+    log: JointLog
+    motion: ArmMotion
+    asked: Regressor
+    rigid: Array
+    believed: Array
+
+    def joint(self, j: int, ripples: tuple[float, ...] = ()) -> JointMotion:
+        """The motion of one joint.
+
+        Args:
+            j: its number.
+            ripples: periods that are to be tried [rad].
+        """
+        motion = self.motion
+        jerk = np.gradient(motion.torque[:, j], motion.step)
+        q, v, a = motion.q[:, j], motion.v[:, j], motion.a[:, j]
+        return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk, ripples)
+
+    def columns(self, arm: Arm, effect: str, where: str, shape: Shape, j: int, nominal: Array) -> Array | None:
+        """Torque of joint j for one unit of each number of an effect (n, k); None where it has no part there."""
+        law = ARM_EFFECTS[effect]
+        if law.place == "joint" and arm.joints[j] != where:
+            return None
+        if law.columns is not None:
+            return law.columns(self.joint(j), shape)
+        if law.place == "link":
+            k = arm.links.index(where)
+            return self.asked.inertial[:, j, 10 * k : 10 * k + 4]
+        return np.einsum("npk,p->nk", self.asked.tilted[:, j], nominal.ravel())
+
+
+def inertias(arm: Arm, model: ArmModel) -> Array:
+    """Inertial numbers of the links that a model believes in, (links, 10).
+
+    Raises:
+        BadInput: it has numbers of a link that no recorded joint moves.
+    """
+    numbers = arm.inertias()
+    for name, values in model.links.items():
+        if name not in arm.links:
+            raise BadInput(model.source, at=f"links.{name}", found=name, expected=f"one of {', '.join(arm.links)}")
+        numbers[arm.links.index(name)] = values
+    return numbers
+
+
+def check_places(arm: Arm, model: ArmModel) -> None:
+    """Refuse effects at joints or links that are not there.
+
+    Raises:
+        BadInput: so they are.
+    """
+    known: Mapping[str, Sequence[str]] = {"joint": arm.joints, "link": arm.links, "arm": ("",)}
+    for number, effect in enumerate(model.effects):
+        place = ARM_EFFECTS[effect.name].place
+        if effect.where not in known[place]:
+            expected = f"one of {', '.join(known[place])}"
+            raise BadInput(model.source, at=f"effects[{number}].{place}", found=effect.where, expected=expected)
+        other = effect.parameters.get("joint")
+        if other is not None and other not in arm.joints:
+            at = f"effects[{number}].parameters.joint"
+            raise BadInput(model.source, at=at, found=other, expected=f"one of {', '.join(arm.joints)}")
+
+
+def coefficients(arm: Arm, effect: JointEffect) -> tuple[Array, Shape]:
+    """The linear numbers of an effect, and its shape; another joint stands by its number there."""
+    numbers = {
+        symbol: float(arm.joints.index(str(value))) if symbol == "joint" else value
+        for symbol, value in effect.parameters.items()
+    }
+    return ARM_EFFECTS[effect.name].coefficients(numbers)
+
+
+def prepared(arm: Arm, model: ArmModel, log: JointLog) -> Prepared:
+    """A log, held against a model.
+
+    Args:
+        arm: of the model.
+        model: what is believed.
+        log: of that arm.
+    """
+    motion = ArmMotion.of(log, model.band_hz)
+    asked = regressor(arm, motion.q, motion.v, motion.a)
+    numbers = inertias(arm, model)
+    rigid = asked.inertial @ numbers.ravel()
+    bare = Prepared(log, motion, asked, rigid, rigid)
+    believed = rigid.copy()
+    for effect in model.effects:
+        x, shape = coefficients(arm, effect)
+        for j in range(len(arm.joints)):
+            columns = bare.columns(arm, effect.name, effect.where, shape, j, numbers)
+            if columns is not None:
+                believed[:, j] += columns @ x
+    return Prepared(log, motion, asked, rigid, believed)
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Torque as measured and as a model predicts it, in the band.
+
+    Attributes:
+        time: (n,) [s].
+        measured, predicted: (n, joints) [N m].
+        counted: (n, joints) samples at which a joint moves; where it rests dry friction holds whatever it has to.
+    """
+
+    time: Array
+    measured: Array
+    predicted: Array
+    counted: Flags
+
+    @property
+    def nrmse(self) -> Array:
+        """RMS of the error over the standard deviation of what was measured, each joint over its counted samples."""
+        found = []
+        for j in range(self.measured.shape[1]):
+            own = self.counted[:, j]
+            spread = float(self.measured[own, j].std()) if own.any() else 0.0
+            error = self.measured[own, j] - self.predicted[own, j]
+            found.append(float(np.sqrt(np.mean(error**2))) / spread if spread > 0.0 else float("nan"))
+        return np.array(found)
+
+
+def predicted(arm: Arm, model: ArmModel, log: JointLog) -> Predicted:
+    """The torque of a log as a model predicts it from the motion alone (inverse dynamics)."""
+    one = prepared(arm, model, log)
+    kept = one.motion.thinning
+    counted = np.stack([np.abs(one.motion.v[:, j]) >= one.joint(j).rest for j in range(len(arm.joints))], 1)
+    return Predicted(
+        one.motion.time[kept], one.motion.torque[kept], one.motion.filtered(one.believed)[kept], counted[kept]
+    )

@@ -1,0 +1,124 @@
+"""What is delivered: the robot's file with the numbers found, and a diagram that simulates it with its effects."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from mmt_drake.arms.arm_file import ArmModel
+from mmt_drake.arms.believed import inertias
+from mmt_drake.arms.joint_effects import JointEffects
+from mmt_drake.arms.plant import Arm
+from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.atomic import replacing
+
+
+def spatial_inertia(numbers: Array) -> Any:
+    """Drake's spatial inertia of a link's ten numbers (10,)."""
+    mass = float(numbers[0])
+    rotational = RotationalInertia(*(float(n) / mass for n in numbers[4:]))
+    unit = UnitInertia(rotational)
+    return SpatialInertia(mass, np.asarray(numbers[1:4]) / mass, unit)
+
+
+def write_urdf(model: ArmModel, path: str | Path) -> Path:
+    """The robot's URDF with the inertial numbers of a model.
+
+    A link's numbers hold what hangs on it rigidly as well: it has them alone, and what hangs on it has no mass.
+
+    Args:
+        model: of a robot whose file is a URDF.
+        path: of the file that is written.
+
+    Raises:
+        BadInput: the robot is no URDF, or the file cannot be written.
+    """
+    if model.robot.suffix != ".urdf":
+        raise BadInput(model.source, at="robot", found=model.robot.name, expected="a URDF, to write one")
+    tree = ET.parse(model.robot)
+    links = {link.get("name"): link for link in tree.getroot().iter("link")}
+    arm = Arm.of(replace(model, held=()))
+    for name, numbers in model.links.items():
+        for hung in arm.hung_on(name):
+            if (inertial := links[hung].find("inertial")) is not None:
+                links[hung].remove(inertial)
+        _set_inertial(links[name], np.asarray(numbers))
+    with replacing(Path(path)) as partial:
+        tree.write(partial, encoding="utf-8", xml_declaration=True)
+    return Path(path)
+
+
+def _set_inertial(link: ET.Element, numbers: Array) -> None:
+    mass, c = numbers[0], numbers[1:4] / numbers[0]
+    xx, yy, zz, xy, xz, yz = numbers[4:]
+    about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    about = about - mass * (c @ c * np.eye(3) - np.outer(c, c))  # Steiner: URDF has it about the centre
+    for old in link.findall("inertial"):
+        link.remove(old)
+    inertial = ET.SubElement(link, "inertial")
+    ET.SubElement(inertial, "origin", xyz=" ".join(f"{v:.9g}" for v in c), rpy="0 0 0")
+    ET.SubElement(inertial, "mass", value=f"{mass:.9g}")
+    moments = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+    ET.SubElement(inertial, "inertia", {key: f"{about[at]:.9g}" for key, at in moments.items()})
+
+
+def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
+    """A diagram of an arm with its effects, and the plant in it.
+
+    .. pydrake_system::
+
+        name: ArmDiagram
+        input_ports:
+        - torque
+        output_ports:
+        - state
+
+    `torque` (joints,) [N m] is what the drives give to the recorded joints, `state` the plant's: positions, velocities.
+    Friction, springs, ripples, offsets and drag act as in the model; inertias of rotors are the plant's own; gains and
+    delays of the log, which no arm feels, do not. A point that hangs on a link is welded to it.
+
+    Args:
+        model: of an arm.
+    """
+    builder = DiagramBuilder()
+    arm = Arm.of(model, finalize=False)
+    plant = builder.AddNamedSystem("plant", arm.plant)
+    actuators = []
+    for effect in model.effects:
+        if effect.name == "rotor_inertia":
+            joint = plant.GetJointByName(effect.where)
+            actuator = plant.AddJointActuator(f"rotor_{effect.where}", joint)
+            actuator.set_default_rotor_inertia(float(effect.parameters["I"]))
+            actuators.append(actuator)
+    plant.Finalize()
+    arm = Arm(plant, arm.joints, arm.links)
+    effects = builder.AddNamedSystem("effects", JointEffects(arm, model))
+    builder.Connect(plant.get_state_output_port(), effects.GetInputPort("state"))
+    builder.Connect(effects.GetOutputPort("force"), plant.get_applied_generalized_force_input_port())
+    builder.ExportInput(effects.GetInputPort("torque"), "torque")
+    builder.ExportOutput(plant.get_state_output_port(), "state")
+    return builder.Build(), plant
+
+
+def set_links(model: ArmModel, plant: Any, context: Any) -> None:
+    """Give the links of a plant the inertial numbers of its model; what hangs on them rigidly then has next to none.
+
+    Args:
+        model: of the arm.
+        plant: of `arm_diagram`.
+        context: the plant's own.
+    """
+    arm = Arm.of(replace(model, held=()))
+    inertias(arm, model)  # refuses links that are not there
+    nothing = SpatialInertia(1e-9, np.zeros(3), UnitInertia.SolidSphere(1e-3))
+    for name, numbers in model.links.items():
+        for hung in arm.hung_on(name):
+            plant.GetBodyByName(hung).SetSpatialInertiaInBodyFrame(context, nothing)
+        plant.GetBodyByName(name).SetSpatialInertiaInBodyFrame(context, spatial_inertia(np.asarray(numbers)))

@@ -1,0 +1,275 @@
+"""Diagnosis of an arm: from logs and a model to what its physics leaves out, joint by joint."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import signal
+
+from mmt_drake.arms.arm_file import INERTIA, ArmModel, JointEffect
+from mmt_drake.arms.beliefs import Believed, settled
+from mmt_drake.arms.believed import check_places
+from mmt_drake.arms.consistency import nearest_consistent
+from mmt_drake.arms.joint_log import JointLog
+from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.problem import ArmProblem, Term, arm_problem
+from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Number
+from mmt_drake.arms.shared_fit import SharedFit
+from mmt_drake.arms.verdict import Certainty, Part, certainty, joint_budget, without_idle_numbers
+from mmt_drake.arms.wording import summary
+from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
+
+EXPLAINED = 0.02
+"""Of the mismatch may be nameless where it is said to be explained ..."""
+PARTLY = 0.2
+"""... and what has names takes at least this part of it, where it is said to be so in part."""
+NOISE_ALONE = 1.5
+"""A model that leaves no more than so many times the noise of the torque, in RMS, has nothing missing that shows."""
+
+
+def diagnose_arm(
+    logs: Sequence[JointLog], model: ArmModel, *, on_stage: Callable[[str], None] = lambda _: None
+) -> ArmDiagnosis:
+    """Say whether a model explains logs of an arm, and if not, what physics it leaves out.
+
+    Args:
+        logs: of one arm.
+        model: what the simulation believes in.
+        on_stage: called with what is being done.
+
+    Raises:
+        BadInput: the logs are none of this arm, too short, or nothing moves in them.
+    """
+    begun = time.perf_counter()
+    if not logs:
+        raise BadInput("recordings", found="none", expected="one or more logs of joints")
+    arm = Arm.of(model)
+    check_places(arm, model)
+    on_stage("motion and regressor")
+    problem = arm_problem(arm, model, logs)
+    found, tried = settled(problem, on_stage)
+    on_stage("how sure each name is")
+    found = without_idle_numbers(found)
+    told = {j: certainty(problem, found, j) for j in found.sets}
+    x = found.fit.fitted(problem.inner)
+    every = list(range(len(problem.starts)))
+    whole = found.fit.fitted(every)
+    half = found.fit.deviations(whole, every)
+    on_stage("numbers that a real arm can have")
+    links, whole = _consistent(found.fit, whole, every)
+    refits = [b for b in tried if b.fit.belief.name == "refit"]
+    links_alone = min(refits, key=lambda b: b.cost).fit
+    links_alone = replace(links_alone, sets={})
+    floors = [_noise(log, model.band_hz) for log in logs]
+    noise = np.mean(floors, axis=0)
+    joints = tuple(
+        _joint(problem, found.fit, links_alone, x, j, told.get(j, []), float(noise[j])) for j in range(len(arm.joints))
+    )
+    budget = _whole_budget(joints)
+    effects = _effects(arm, model, found, told, whole, half, joints, budget)
+    augmented = model.with_found(_merged(arm, model, found.fit, whole), links)
+    verdict = _verdict(found, joints, effects, budget)
+    parameters, untold = _parameters(found.fit, links, whole, half, every)
+    diagnosis = ArmDiagnosis(
+        verdict,
+        "",
+        joints,
+        effects,
+        parameters,
+        untold,
+        budget,
+        tuple((float(a), float(b), int(log)) for a, b, log in problem.starts[problem.outer]),
+        augmented,
+        tuple(log.source for log in logs),
+        round(time.perf_counter() - begun, 2),
+        found.fit.belief.name,
+        _notes(found, problem),
+    )
+    return replace(diagnosis, summary=summary(diagnosis))
+
+
+def _noise(log: JointLog, band_hz: float) -> Array:
+    """Mean squared noise of each joint's torque in the band, were it as loud there as far above it [(N m)^2]."""
+    rate = 1.0 / float(np.median(np.diff(log.time)))
+    even = np.arange(log.time[0], log.time[-1], 1.0 / rate)
+    torque = np.stack([np.interp(even, log.time, column) for column in log.torque.T], 1)
+    frequency, density = signal.welch(torque, rate, nperseg=min(512, len(even)), axis=0)
+    above = frequency > 2.0 * band_hz
+    found: Array = np.median(density[above], axis=0) * band_hz if above.any() else np.zeros(torque.shape[1])
+    return found
+
+
+def _consistent(fit: SharedFit, x: Array, blocks: Sequence[int]) -> tuple[dict[str, tuple[float, ...]], Array]:
+    """The links' numbers as a real arm can have them, where they are not the file's, and all numbers with these."""
+    at = fit.numbers_of_links
+    if not at:
+        return {}, x
+    matrix, right = fit.sums(blocks)
+    rest = [i for i in range(fit.size) if i not in set(at)]
+    hessian = matrix + np.diag(fit.prior)
+    across = np.linalg.lstsq(hessian[np.ix_(rest, rest)], hessian[np.ix_(rest, at)], rcond=None)[0] if rest else None
+    weight = hessian[np.ix_(at, at)] - (hessian[np.ix_(at, rest)] @ across if across is not None else 0.0)
+    believed = fit.problem.nominal.reshape(-1, 10)
+    numbers = nearest_consistent(believed + x[at].reshape(-1, 10), weight, believed)
+    moved = x.copy()
+    moved[at] = (numbers - believed).ravel()
+    if rest:
+        block = matrix[np.ix_(rest, rest)]
+        moved[rest] = np.linalg.lstsq(block, right[rest] - matrix[np.ix_(rest, at)] @ moved[at], rcond=1e-10)[0]
+    return dict(zip(fit.problem.links, (tuple(map(float, row)) for row in numbers), strict=True)), moved
+
+
+def _joint(
+    problem: ArmProblem, fit: SharedFit, links: SharedFit, x: Array, j: int, told: Sequence[Certainty], noise: float
+) -> JointReport:
+    row, outer = problem.rows[j], problem.outer
+    spread = row.spread(outer)
+    name, moves = problem.arm.joints[j], j in problem.moving
+    if not spread > 0.0 or not moves:
+        return JointReport(name, moves, spread, 0.0, 0.0, 0.0, 0.0, ())
+    nominal = np.sqrt(fit.errors(np.zeros_like(x), outer)[j]) / spread
+    refit = np.sqrt(links.errors(links.fitted(problem.inner), outer)[j]) / spread
+    augmented = np.sqrt(fit.errors(x, outer)[j]) / spread
+    floor = min(float(np.sqrt(noise)) / spread, float(augmented))
+    budget = joint_budget(fit, j, x, told, noise)
+    return JointReport(
+        name, moves, spread, float(nominal), min(float(refit), float(nominal)), float(augmented), floor, budget
+    )
+
+
+def _whole_budget(joints: Sequence[JointReport]) -> tuple[Part, ...]:
+    """The mean of the joints' budgets, each weighed by its nominal error over its spread, squared."""
+    shares: dict[str, float] = {}
+    moving = [joint for joint in joints if joint.budget]
+    total = sum(joint.nominal**2 for joint in moving)
+    for joint in moving:
+        for part in joint.budget:
+            shares[part.name] = shares.get(part.name, 0.0) + part.share * joint.nominal**2 / total
+    last = ("shared", "nameless", "noise")
+    names = sorted(shares, key=lambda name: (name in last and last.index(name) + 1, -shares[name]))
+    return tuple(Part(name, shares[name]) for name in names)
+
+
+def _effects(
+    arm: Arm,
+    model: ArmModel,
+    found: Believed,
+    told: Mapping[int, Sequence[Certainty]],
+    x: Array,
+    half: Array,
+    joints: Sequence[JointReport],
+    budget: Sequence[Part],
+) -> tuple[ArmEffectFound, ...]:
+    known = {(e.name, e.where) for e in model.effects}
+    effects = []
+    for term, at in found.fit.numbers_held:
+        share = next((part.share for part in budget if part.name == term.effect), 0.0)
+        effects.append(_effect(arm, term, x[at], half[at], "law", share, ()))
+    for j, certainties in told.items():
+        for (term, at), sure in zip(found.fit.numbers_of(j), certainties, strict=True):
+            if term.key in known:
+                continue  # a value of the model that is another: it is told with the parameters
+            share = next((part.share for part in joints[j].budget if part.name == term.effect), 0.0)
+            instead = next(iter(sure.rivals.values()), ())
+            effects.append(_effect(arm, term, x[at], half[at], sure.depth, share, instead))
+    return tuple(sorted(effects, key=lambda e: e.certain is None))
+
+
+def _effect(
+    arm: Arm, term: Term, x: Array, half: Array, depth: str | None, share: float, instead: tuple[str, ...]
+) -> ArmEffectFound:
+    law = ARM_EFFECTS[term.effect]
+    values = law.values(x, term.shape)
+    low, high = (law.values(x + side * half, term.shape) for side in (-1.0, 1.0))
+    turns = not (term.where in arm.joints and arm.slides[arm.joints.index(term.where)])
+    numbers: dict[str, Number | str] = {}
+    for symbol, unit in zip(law.symbols, law.units, strict=True):
+        if symbol == "joint":
+            numbers[symbol] = arm.joints[int(str(values[symbol]))]
+            continue
+        unit = unit if turns else unit.replace("N m", "N").replace("rad", "m").replace("kg m^2", "kg")
+        a, b = sorted((float(low[symbol]), float(high[symbol])))
+        value = float(values[symbol])
+        numbers[symbol] = Number(value, unit, (a, b) if a < value < b else None)
+    return ArmEffectFound(law.name, law.family, law.block, term.where, depth, numbers, share, instead)
+
+
+def _merged(arm: Arm, model: ArmModel, fit: SharedFit, x: Array) -> list[JointEffect]:
+    """The model's effects with what was found of them on top, and those that are new."""
+    found = [*fit.numbers_held, *(pair for j in fit.sets for pair in fit.numbers_of(j))]
+    fresh = {term.key: (term, x[at]) for term, at in found}
+    merged = []
+    for effect in model.effects:
+        key = (effect.name, effect.where)
+        if key in fresh and ARM_EFFECTS[effect.name].place != "link":
+            term, step = fresh.pop(key)
+            before = fit.problem.known(key)
+            merged.append(_written(arm, term, step + before))
+        else:
+            merged.append(effect)
+    return [*merged, *(_written(arm, term, step) for term, step in fresh.values())]
+
+
+def _written(arm: Arm, term: Term, x: Array) -> JointEffect:
+    values = ARM_EFFECTS[term.effect].values(x, term.shape)
+    return JointEffect(
+        term.effect, term.where, {s: arm.joints[int(str(v))] if s == "joint" else float(v) for s, v in values.items()}
+    )
+
+
+def _parameters(
+    fit: SharedFit, links: Mapping[str, tuple[float, ...]], x: Array, half: Array, blocks: Sequence[int]
+) -> tuple[dict[str, dict[str, Number]], dict[str, tuple[str, ...]]]:
+    """Inertial numbers whose interval excludes what was believed, and those that the motion does not tell."""
+    units = ("kg", *["kg m"] * 3, *["kg m^2"] * 6)
+    at, parameters, untold = fit.numbers_of_links, dict[str, dict[str, Number]](), dict[str, tuple[str, ...]]()
+    if not at:
+        return {}, {}
+    told = fit.are_told(blocks)
+    for k, (link, numbers) in enumerate(links.items()):
+        own = range(10 * k, 10 * k + 10)
+        untold[link] = tuple(INERTIA[i] for i, number in enumerate(own) if not told[number])
+        sure = {
+            INERTIA[i]: Number(numbers[i], units[i], (numbers[i] - half[number], numbers[i] + half[number]))
+            for i, number in enumerate(own)
+            if told[number] and abs(x[number]) > half[number]
+        }
+        if sure:
+            parameters[link] = sure
+    return parameters, {link: symbols for link, symbols in untold.items() if symbols}
+
+
+def _verdict(
+    found: Believed, joints: Sequence[JointReport], effects: Sequence[ArmEffectFound], budget: Sequence[Part]
+) -> str:
+    shares = {part.name: part.share for part in budget}
+    moving = [joint for joint in joints if joint.budget]
+    named = sum(share for name, share in shares.items() if name not in ("parameters", "shared", "nameless", "noise"))
+    if all(joint.nominal <= NOISE_ALONE * max(joint.noise, 1e-9) for joint in moving):
+        return "no_mismatch"
+    nameless = shares.get("nameless", 0.0) + shares.get("shared", 0.0)
+    if any(effect.certain for effect in effects):
+        if nameless <= EXPLAINED:
+            return "missing_physics"
+        return "partly_explained" if named >= PARTLY else "unexplained"
+    if found.fit.belief.name == "refit" and shares.get("parameters", 0.0) >= 1.0 - PARTLY:
+        return "parameters"
+    return "unexplained"
+
+
+def _notes(found: Believed, problem: ArmProblem) -> tuple[str, ...]:
+    notes = []
+    if found.fit.belief.name == "refit":
+        notes.append("Inertial numbers of all links scaled, and a gain of every torque, look alike: one is as good.")
+    for term, _ in found.fit.numbers_held:
+        for other, where in ARM_EFFECTS[term.effect].near_equal.items():
+            notes.append(f"{term.effect} of {term.where} looks like {other}: {where}.")
+    still = [problem.arm.joints[j] for j in range(len(problem.rows)) if j not in problem.moving]
+    if still:
+        notes.append(f"Joints that did not move, and of which nothing is told: {', '.join(still)}.")
+    return tuple(notes)

@@ -1,0 +1,188 @@
+"""Logs of an arm's joints: positions and torques over one clock, from the files that robots write."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from mmt_drake.arms.arm_file import ArmModel
+from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
+
+TIMES: Final = ("time", "t_s", "timestamp", "t")
+POSITIONS: Final = ("q_rad", "q", "actual_q", "position")
+TORQUES: Final = ("tau_Nm", "tau", "tau_J", "i_A", "tau_motor_Nm", "actual_current", "effort")
+"""Names that columns have in logs; where a model file names no torque column the first that is there is taken."""
+
+_INDEXED = re.compile(r"^(.*?)[_\[.]?(\d+)\]?$")
+_LEAST_SAMPLES = 200
+
+
+@dataclass(frozen=True)
+class JointLog:
+    """One log.
+
+    Attributes:
+        source: where it was read from.
+        time: (n,) [s], strictly increasing.
+        q: (n, joints) positions [rad] or [m].
+        torque: (n, joints) what the drives give [N m] or [N], along the joints.
+        column: of the file that the torque was made from.
+    """
+
+    source: str
+    time: Array
+    q: Array
+    torque: Array
+    column: str
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return float(self.time[-1] - self.time[0])
+
+
+def load_joint_log(path: str | Path, model: ArmModel, joints: Sequence[str]) -> JointLog:
+    """Read a log: NPZ, CSV, MCAP or a ROS bag with `sensor_msgs/JointState`.
+
+    Args:
+        path: of the file. Arrays of NPZ have a column for each joint; in CSV their names end with the joint's number,
+            as in `q_0`, `q[0]` or `actual_q_0`.
+        model: which column is the torque, and what its unit is worth.
+        joints: names of those that are to be read, in the order of the log's columns; of a `JointState` by name.
+
+    Raises:
+        BadInput: it cannot be read, lacks a column, has another number of joints, times that do not increase or
+            numbers that are none.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise BadInput(
+            path, found="no such file", expected="a log of joints: .npz, .csv, .mcap, .bag, .db3 or a bag folder"
+        )
+    if path.suffix == ".npz":
+        arrays = _npz(path)
+    elif path.suffix == ".csv":
+        arrays = _csv(path)
+    else:
+        arrays = _joint_states(path, joints)
+    time = _named(arrays, TIMES, path, "time").reshape(-1)
+    q = _wide(_named(arrays, POSITIONS, path, "position"), joints, path)
+    names = (model.column,) if model.column else TORQUES
+    column = next((name for name in names if name in arrays), "")
+    torque = _wide(_named(arrays, names, path, "torque"), joints, path)
+    if model.factor and len(model.factor) not in (1, len(joints)):
+        found = f"{len(model.factor)} numbers"
+        raise BadInput(
+            model.source, at="torque.factor", found=found, expected=f"1, or {len(joints)}: one for each joint"
+        )
+    return _checked(JointLog(str(path), time, q, torque * (model.factor or (1.0,)), column), path)
+
+
+def _checked(log: JointLog, path: Path) -> JointLog:
+    if not len(log.time) == len(log.q) == len(log.torque):
+        found = f"{len(log.time)} times, {len(log.q)} positions and {len(log.torque)} torques"
+        raise BadInput(path, found=found, expected="as many of each")
+    if len(log.time) < _LEAST_SAMPLES:
+        raise BadInput(path, found=f"{len(log.time)} samples", expected=f"{_LEAST_SAMPLES} at least")
+    for name, values in (("time", log.time), ("position", log.q), ("torque", log.torque)):
+        bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+        if bad.size:
+            raise BadInput(path, at=f"{name}, row {bad[0]}", found="no number", expected="finite numbers")
+    still = np.flatnonzero(np.diff(log.time) <= 0.0)
+    if still.size:
+        row = int(still[0]) + 1
+        found = f"{log.time[row]:g} s after {log.time[row - 1]:g} s"
+        raise BadInput(path, at=f"time, row {row}", found=found, expected="times that increase")
+    return log
+
+
+def _named(arrays: Mapping[str, Array], names: Sequence[str], path: Path, what: str) -> Array:
+    for name in names:
+        if name in arrays:
+            return arrays[name]
+    raise BadInput(path, at=what, found=f"columns {', '.join(arrays)}", expected=" or ".join(names))
+
+
+def _wide(values: Array, joints: Sequence[str], path: Path) -> Array:
+    """Columns of an array, one for each joint, (n, joints)."""
+    columns = values[:, None] if values.ndim == 1 else values
+    if columns.ndim != 2 or columns.shape[1] != len(joints):
+        found = f"{columns.shape[1] if columns.ndim == 2 else columns.ndim} columns"
+        expected = f"{len(joints)}, one for each of {', '.join(joints)} (`joints:` of the model says which)"
+        raise BadInput(path, found=found, expected=expected)
+    return np.ascontiguousarray(columns, dtype=np.float64)
+
+
+def _npz(path: Path) -> dict[str, Array]:
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            return {
+                name: np.asarray(data[name], dtype=np.float64) for name in data.files if data[name].dtype.kind in "fiu"
+            }
+    except (OSError, ValueError) as error:
+        raise BadInput(path, found=f"{error}", expected="arrays saved by numpy") from error
+
+
+def _csv(path: Path) -> dict[str, Array]:
+    """Columns of a file with a header; those that differ in a number at the end are one array."""
+    with path.open(newline="", errors="replace") as file:
+        sample = file.read(1 << 14)
+        file.seek(0)
+        try:
+            rows = csv.reader(file, csv.Sniffer().sniff(sample, delimiters=",; \t"))
+        except csv.Error as error:
+            raise BadInput(
+                path, found=str(error), expected="a header and columns, separated by , ; or blanks"
+            ) from error
+        header = [name.strip() for name in next(rows)]
+        lines = [row for row in rows if row]
+    for number, row in enumerate(lines, start=2):
+        if len(row) < len(header):
+            raise BadInput(path, at=f"row {number}", found=f"{len(row)} values", expected=f"{len(header)}")
+    found: dict[str, dict[int, Array]] = {}
+    for index, name in enumerate(header):
+        try:
+            values = np.array([float(row[index]) for row in lines])
+        except ValueError:
+            continue  # text beside the numbers
+        match = _INDEXED.match(name)
+        stem, number = (match[1], int(match[2])) if match and match[1] else (name, -1)
+        found.setdefault(stem, {})[number] = values
+    return {
+        stem: columns[-1] if set(columns) == {-1} else np.stack([columns[k] for k in sorted(columns) if k >= 0], 1)
+        for stem, columns in found.items()
+    }
+
+
+def _joint_states(path: Path, joints: Sequence[str]) -> dict[str, Array]:
+    """Positions and efforts of the first topic of `sensor_msgs/JointState` that names these joints."""
+    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.typesys import Stores, get_typestore
+
+    rows: list[tuple[float, Any]] = []
+    try:
+        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            wanted = [c for c in reader.connections if c.msgtype.endswith("msg/JointState")]
+            for connection, _, raw in reader.messages(connections=wanted):
+                message: Any = reader.deserialize(raw, connection.msgtype)
+                if set(joints) <= set(message.name):
+                    stamp = message.header.stamp
+                    order = [message.name.index(name) for name in joints]
+                    rows.append((stamp.sec + 1e-9 * stamp.nanosec, (message, order)))
+    except (AnyReaderError, OSError, ValueError) as error:
+        raise BadInput(path, found=str(error), expected="a bag with sensor_msgs/JointState") from error
+    if not rows:
+        raise BadInput(path, found="no JointState with these joints", expected=", ".join(joints))
+    rows.sort(key=lambda row: row[0])
+    return {
+        "time": np.array([time for time, _ in rows]),
+        "position": np.array([message.position[order] for _, (message, order) in rows]),
+        "effort": np.array([message.effort[order] for _, (message, order) in rows]),
+    }

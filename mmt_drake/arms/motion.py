@@ -1,0 +1,83 @@
+"""Smooth motion and torque of a log, on an even clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from mmt_drake.arms.joint_log import JointLog
+from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array
+
+_OVERSAMPLING = 20.0
+"""Samples of the even clock in a period of the band's edge."""
+_FEWEST = 4.0
+"""The same of a log, at least."""
+MARGIN_S = 0.3
+"""At each end, where a filter has nothing to go by, nothing is compared."""
+_ORDER = 4
+
+
+@dataclass(frozen=True)
+class ArmMotion:
+    """What was recorded, without phase below the edge of a band.
+
+    Attributes:
+        step: sampling interval [s].
+        time: (n,) [s].
+        q, v, a: (n, joints).
+        torque: (n, joints).
+        band_hz: edge of the band; torque and whatever it is compared with are filtered alike (`filtered`).
+    """
+
+    step: float
+    time: Array
+    q: Array
+    v: Array
+    a: Array
+    torque: Array
+    band_hz: float
+
+    @classmethod
+    def of(cls, log: JointLog, band_hz: float) -> ArmMotion:
+        """The motion of a log.
+
+        Args:
+            log: what was recorded.
+            band_hz: below which it is compared.
+
+        Raises:
+            BadInput: it was sampled too slowly for that.
+        """
+        own = float(np.median(np.diff(log.time)))
+        if own * band_hz > 1.0 / _FEWEST:
+            expected = f"{_FEWEST * band_hz:g} Hz or more for a band of {band_hz:g} Hz (`band_hz:` of the model)"
+            raise BadInput(log.source, at="time", found=f"{1.0 / own:.3g} Hz", expected=expected)
+        time = np.arange(log.time[0], log.time[-1], own)
+        q, torque = (
+            _low_pass(np.stack([np.interp(time, log.time, column) for column in values.T], 1), own, band_hz)
+            for values in (log.q, log.torque)
+        )
+        v = np.gradient(q, own, axis=0)
+        a = np.gradient(v, own, axis=0)
+        every = max(1, int(1.0 / (own * _OVERSAMPLING * band_hz)))
+        taken = slice(None, None, every)
+        return cls(own * every, time[taken], q[taken], v[taken], a[taken], torque[taken], band_hz)
+
+    def filtered(self, values: Array) -> Array:
+        """Values of each sample (n, ...) in the band, as the torque is."""
+        return _low_pass(values, self.step, self.band_hz)
+
+    @property
+    def thinning(self) -> slice:
+        """Samples that say all there is in the band, without the margins."""
+        edge = int(MARGIN_S / self.step)
+        return slice(edge, len(self.time) - edge, max(1, int(1.0 / (4.0 * self.band_hz * self.step))))
+
+
+def _low_pass(values: Array, step: float, band_hz: float) -> Array:
+    sections = signal.butter(_ORDER, band_hz, fs=1.0 / step, output="sos")
+    filtered: Array = signal.sosfiltfilt(sections, values, axis=0)
+    return filtered

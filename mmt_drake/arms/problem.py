@@ -1,0 +1,312 @@
+"""Logs of an arm as sums over blocks, from which any set of effects is fitted and held out at no cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg, signal
+
+from mmt_drake.arms.arm_file import ArmModel
+from mmt_drake.arms.believed import Prepared, coefficients, inertias, prepared
+from mmt_drake.arms.joint_log import JointLog
+from mmt_drake.arms.joint_motion import JointMotion
+from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, VISCOUS, Shape
+from mmt_drake.arms.motion import ArmMotion
+from mmt_drake.arms.plant import Arm
+from mmt_drake.errors import BadInput
+from mmt_drake.numeric.arrays import Array, Flags
+
+BLOCKS = 24
+"""Blocks of one log; every third is outer: it reports, and nothing is chosen or fitted by it."""
+OUTER_EVERY = 3
+FOLDS = 16
+"""Parts of the inner blocks that are held out in turn when sets of effects are compared."""
+_SHORTEST_S = 0.25
+_FEWEST_CYCLES, _MOST_CYCLES, PEAKS = 2.0, 60.0, 3
+"""Periods of a ripple within the way of a joint, and how many of the strongest are tried."""
+STILL = 2e-3
+"""A joint whose way is shorter than this [rad] or [m] does not move."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect with a shape on one joint, or on the arm: the columns that stand for it.
+
+    Attributes:
+        effect: its name.
+        where: joint or link, or empty.
+        shape: numbers that are not fitted by themselves.
+        columns: where they stand among the columns of a joint.
+    """
+
+    effect: str
+    where: str
+    shape: Shape
+    columns: tuple[int, ...]
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Which effect it is, and where; shapes apart."""
+        return self.effect, self.where
+
+
+@dataclass(frozen=True)
+class JointRows:
+    """What one joint has to explain, and with what.
+
+    Attributes:
+        joint: its number.
+        target: (n,) torque that the believed model does not explain [N m].
+        measured: (n,) torque [N m].
+        columns: (n, 10 links + terms) torque for one unit of each number.
+        counted: (n,) samples at which the joint moves.
+        block: (n,) number of the block of each sample.
+        terms: of this joint.
+        held: effect and place -> numbers that the model has of it: what is found comes on top.
+    """
+
+    joint: int
+    target: Array
+    measured: Array
+    columns: Array
+    counted: Flags
+    block: Array
+    terms: tuple[Term, ...]
+    held: Mapping[tuple[str, str], Array] = field(default_factory=dict)
+
+    @cached_property
+    def sums(self) -> tuple[Array, Array, Array, Array]:
+        """Of each block: columns by columns (b, k, k), columns by target (b, k), target squared (b,), samples (b,)."""
+        count, k = int(self.block.max()) + 1, self.columns.shape[1]
+        gram, rhs = np.zeros((count, k, k)), np.zeros((count, k))
+        energy, samples = np.zeros(count), np.zeros(count)
+        for b in range(count):
+            own = self.counted & (self.block == b)
+            x, y = self.columns[own], self.target[own]
+            gram[b], rhs[b], energy[b], samples[b] = x.T @ x, x.T @ y, y @ y, len(y)
+        return gram, rhs, energy, samples
+
+    def spread(self, blocks: Sequence[int] | Array) -> float:
+        """Standard deviation of the measured torque over blocks [N m]."""
+        own = self.counted & np.isin(self.block, blocks)
+        return float(self.measured[own].std()) if own.any() else 0.0
+
+
+@dataclass(frozen=True)
+class ArmProblem:
+    """Logs of one arm.
+
+    Attributes:
+        arm: whose.
+        links: names of the links whose inertial numbers may be others.
+        nominal: (10 links,) the numbers believed.
+        rows: of each joint.
+        starts: time at which each block begins and ends [s], and its log, (blocks, 3).
+        moving: joints that move.
+    """
+
+    arm: Arm
+    nominal: Array
+    rows: tuple[JointRows, ...]
+    starts: Array
+    moving: tuple[int, ...]
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Whose inertial numbers may be others."""
+        return self.arm.links
+
+    @property
+    def inner(self) -> list[int]:
+        """Blocks that choose."""
+        return [b for b in range(len(self.starts)) if b % OUTER_EVERY != OUTER_EVERY - 1]
+
+    @property
+    def outer(self) -> list[int]:
+        """Blocks that report."""
+        return [b for b in range(len(self.starts)) if b % OUTER_EVERY == OUTER_EVERY - 1]
+
+    def known(self, key: tuple[str, str]) -> Array:
+        """Numbers that the model has of an effect at a place."""
+        return next(row.held[key] for row in self.rows if key in row.held)
+
+    @cached_property
+    def scale(self) -> Array:
+        """How far each inertial number may be expected to be off, (10 links,): by mass and size of its link."""
+        scales = []
+        heaviest = max(float(self.nominal.reshape(-1, 10)[:, 0].max()), 1e-3)
+        for numbers in self.nominal.reshape(-1, 10):
+            mass = max(float(numbers[0]), 0.05 * heaviest)
+            arm = max(float(np.sqrt(abs(numbers[4:7]).max() / mass)), float(np.linalg.norm(numbers[1:4])) / mass, 0.05)
+            scales += [mass, *[mass * arm] * 3, *[mass * arm**2] * 6]
+        return np.array(scales)
+
+
+def arm_problem(arm: Arm, model: ArmModel, logs: Sequence[JointLog]) -> ArmProblem:
+    """The problem of explaining logs.
+
+    Args:
+        arm: of the model.
+        model: what is believed.
+        logs: of that arm.
+
+    Raises:
+        BadInput: a log is too short, or nothing moves.
+    """
+    every = [prepared(arm, model, log) for log in logs]
+    for one in every:
+        kept = one.motion.time[one.motion.thinning]
+        if len(kept) < BLOCKS or kept[-1] - kept[0] < BLOCKS * _SHORTEST_S:
+            raise BadInput(
+                one.log.source, found=f"{one.log.duration:.3g} s", expected=f"{BLOCKS * _SHORTEST_S + 1:g} s or more"
+            )
+    moving = tuple(j for j in range(len(arm.joints)) if any(np.ptp(one.motion.q[:, j]) > STILL for one in every))
+    if not moving:
+        raise BadInput(logs[0].source, found="no joint that moves", expected=f"a way of {STILL:g} rad or more")
+    numbers = inertias(arm, model)
+    rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moving) for j in range(len(arm.joints)))
+    edges = [_edges(one.motion) for one in every]
+    starts = np.concatenate([np.column_stack([e[:-1], e[1:], np.full(BLOCKS, i)]) for i, e in enumerate(edges)])
+    return ArmProblem(arm, numbers.ravel(), rows, starts, moving)
+
+
+def _edges(motion: ArmMotion) -> Array:
+    kept = motion.time[motion.thinning]
+    return np.linspace(kept[0], kept[-1], BLOCKS + 1)
+
+
+def _joint_rows(arm: Arm, model: ArmModel, numbers: Array, every: Sequence[Prepared], j: int, moves: bool) -> JointRows:
+    motions = [one.joint(j) for one in every]
+    ripples = _ripples(every, j) if moves else ()
+    terms, held = _terms(arm, model, replace(motions[0], ripples=ripples), j, moves)
+    stacked, target, measured, counted, block = [], [], [], [], []
+    for i, (one, own) in enumerate(zip(every, motions, strict=True)):
+        parts = [one.asked.inertial[:, j]]
+        for term in terms:
+            if term.columns[0] >= len(numbers) * 10:
+                columns = one.columns(arm, term.effect, term.where, term.shape, j, numbers)
+                assert columns is not None  # of a term of this joint
+                parts.append(columns)
+        taken = one.motion.thinning
+        whole = one.motion.filtered(np.concatenate([*parts, one.believed[:, [j]]], axis=1))[taken]
+        stacked.append(whole[:, :-1])
+        measured.append(one.motion.torque[taken, j])
+        target.append(measured[-1] - whole[:, -1])
+        counted.append(np.abs(own.v[taken]) >= own.rest if moves else np.ones(len(whole), dtype=bool))
+        number = np.searchsorted(_edges(one.motion), one.motion.time[taken], side="right") - 1
+        block.append(i * BLOCKS + np.clip(number, 0, BLOCKS - 1))
+    joined = [np.concatenate(part) for part in (target, measured, stacked, counted, block)]
+    return JointRows(j, joined[0], joined[1], joined[2], joined[3], joined[4], terms, held)
+
+
+def _terms(
+    arm: Arm, model: ArmModel, motion: JointMotion, j: int, moves: bool
+) -> tuple[tuple[Term, ...], dict[tuple[str, str], Array]]:
+    """The terms of a joint, those that the regressor has columns for last; and numbers that the model has of some."""
+    names = (*DRY, *VISCOUS, *BESIDE) if moves else ("constant_force",)
+    known = {(e.name, e.where): coefficients(arm, e) for e in model.effects}
+    terms, at = list[Term](), 10 * len(arm.links)
+    for name in (*names, *ARM_WIDE):
+        where = arm.joints[j] if ARM_EFFECTS[name].place == "joint" else ""
+        own = known.get((name, where))
+        for shape in [own[1]] if own is not None else ARM_EFFECTS[name].shapes(motion):
+            width = len(ARM_EFFECTS[name].least)
+            terms.append(Term(name, where, shape, tuple(range(at, at + width))))
+            at += width
+    terms += [Term("payload", link, (), tuple(range(10 * k, 10 * k + 4))) for k, link in enumerate(arm.links)]
+    return tuple(terms), {key: x for key, (x, _) in known.items()}
+
+
+def _ripples(every: Sequence[Prepared], j: int) -> tuple[float, ...]:
+    """Periods over the way at which the unexplained torque of a joint is strongest."""
+    one = max(every, key=lambda each: len(each.motion.time))
+    own = one.joint(j)
+    smooth = np.column_stack(
+        [own.direction, own.v, own.a, np.cos(own.q), np.sin(own.q), np.ones(len(own.q)), own.rigid]
+    )
+    columns = one.motion.filtered(smooth)
+    left = own.others[:, j] - one.motion.filtered(one.believed[:, j])
+    left = left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+    highest = min(_MOST_CYCLES / own.reach, one.motion.band_hz / own.fastest)
+    cycles = np.arange(_FEWEST_CYCLES / own.reach, highest, 0.25 / own.reach)  # [1/rad]
+    if len(cycles) < 3:
+        return ()
+    thin = one.motion.thinning
+    power = np.abs(np.exp(-2j * np.pi * np.outer(cycles, own.q[thin])) @ left[thin])
+    peaks, _ = signal.find_peaks(power)
+    return tuple(float(1.0 / cycles[i]) for i in sorted(peaks, key=lambda i: -power[i])[:PEAKS])
+
+
+@dataclass(frozen=True)
+class FoldFit:
+    """Fits of one joint on the inner blocks, each fold held out in turn.
+
+    Attributes:
+        held_out: (folds,) mean squared error of each fold when it was not fitted [(N m)^2].
+        x: numbers fitted to all inner blocks, those of the links first where they are free.
+    """
+
+    held_out: Array
+    x: Array
+
+    @property
+    def cost(self) -> float:
+        """Mean squared error of what was held out."""
+        return float(self.held_out.mean())
+
+
+class Folds:
+    """One joint under one belief about the links, ready to fit sets of terms.
+
+    Args:
+        rows: of the joint.
+        inner: blocks that choose.
+        prior: (10 links,) how strongly each inertial number is held where it is; None: they are as believed.
+    """
+
+    def __init__(self, rows: JointRows, inner: Sequence[int], prior: Array | None) -> None:
+        gram, rhs, energy, samples = rows.sums
+        used = [b for b in inner if samples[b] > 0]
+        parts = [used[f::FOLDS] for f in range(min(FOLDS, len(used)))]
+        total = [a[used].sum(axis=0) for a in (gram, rhs)]
+        self._test = [(gram[p].sum(0), rhs[p].sum(0), energy[p].sum(), samples[p].sum()) for p in parts]
+        trained = [(total[0] - g, total[1] - c) for g, c, _, _ in self._test]
+        free = np.arange(0 if prior is None else len(prior))
+        self._free, self._prior = free, prior
+        self._reduced = [self._without_links(g, c) for g, c in [*trained, (total[0], total[1])]]
+        self._known: dict[tuple[int, ...], FoldFit] = {}
+
+    def _without_links(self, gram: Array, rhs: Array) -> tuple[Array, Array, Array, Array]:
+        """The sums once the inertial numbers are eliminated, and what gives these back."""
+        if self._prior is None:
+            none = np.empty((0, len(rhs)))
+            return gram, rhs, none, np.empty(0)
+        own = gram[np.ix_(self._free, self._free)] + np.diag(self._prior)
+        factor = linalg.cho_factor(own)
+        across, at = linalg.cho_solve(factor, gram[self._free]), linalg.cho_solve(factor, rhs[self._free])
+        return gram - gram[:, self._free] @ across, rhs - gram[:, self._free] @ at, across, at
+
+    def fit(self, columns: Sequence[int]) -> FoldFit:
+        """The fit of a set of columns."""
+        key = tuple(columns)
+        if key not in self._known:
+            self._known[key] = self._fitted(list(columns))
+        return self._known[key]
+
+    def _fitted(self, own: list[int]) -> FoldFit:
+        every = [*self._free, *own]
+        square = np.ix_(every, every)
+        left, x = [], np.zeros(len(every))
+        for number, (gram, rhs, across, at) in enumerate(self._reduced):
+            matrix = gram[np.ix_(own, own)]
+            size = np.sqrt(np.maximum(np.diag(matrix), 1e-12 * float(np.diag(matrix).max(initial=1e-12))))
+            scaled = matrix / np.outer(size, size) + 1e-8 * np.eye(len(own))
+            strong = np.linalg.solve(scaled, rhs[own] / size) / size if own else np.empty(0)
+            x = np.concatenate([at - across[:, own] @ strong, strong])
+            if number < len(self._test):
+                g, c, energy, samples = self._test[number]
+                left.append(max(energy - 2.0 * x @ c[every] + x @ g[square] @ x, 0.0) / samples)
+        return FoldFit(np.array(left), x)

@@ -1,0 +1,160 @@
+"""The answer of a diagnosis of an arm, and its document."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from mmt_drake.arms.arm_file import ArmModel
+from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.verdict import Part
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number with its 95 % interval."""
+
+    value: float
+    unit: str
+    ci95: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class ArmEffectFound:
+    """An effect that was found.
+
+    Attributes:
+        name, family, block: of the effect.
+        where: joint or link; empty: the whole arm.
+        certain: to which depth its name holds; None: it takes part, but others explain as much.
+        numbers: by symbol; a joint stands by its name.
+        share: of the mismatch of its joint, or of all.
+        instead: what would explain as much in its place.
+    """
+
+    name: str
+    family: str
+    block: str
+    where: str
+    certain: str | None
+    numbers: Mapping[str, Number | str]
+    share: float
+    instead: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class JointReport:
+    """One joint.
+
+    Attributes:
+        name: of the joint.
+        moves: whether it did.
+        spread: standard deviation of its torque [N m].
+        nominal, refit, augmented: RMS error of the torque over its spread, blocks that no choice has seen.
+        noise: the same of the noise of the torque.
+        budget: whose the mismatch is.
+    """
+
+    name: str
+    moves: bool
+    spread: float
+    nominal: float
+    refit: float
+    augmented: float
+    noise: float
+    budget: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class ArmDiagnosis:
+    """What was found of an arm.
+
+    Attributes:
+        verdict: as of every diagnosis.
+        summary: in a paragraph.
+        joints: each of them.
+        effects: that were found, sure ones first.
+        parameters: of links whose numbers are others: link -> symbol -> number.
+        untold: inertial numbers that this motion does not tell, by link.
+        budget: of all joints.
+        heldout_s: times that report, (start, end, log).
+        model: with what was found.
+        recordings: logs.
+        seconds: it took.
+        believed: the belief about the links that was taken: none, refit, payload, ...
+    """
+
+    verdict: str
+    summary: str
+    joints: tuple[JointReport, ...]
+    effects: tuple[ArmEffectFound, ...]
+    parameters: Mapping[str, Mapping[str, Number]]
+    untold: Mapping[str, tuple[str, ...]]
+    budget: tuple[Part, ...]
+    heldout_s: tuple[tuple[float, float, int], ...]
+    model: ArmModel
+    recordings: tuple[str, ...]
+    seconds: float = 0.0
+    believed: str = "none"
+    notes: tuple[str, ...] = field(default=())
+
+
+def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
+    """The document of a diagnosis.
+
+    Args:
+        diagnosis: what was found.
+        model: name of the file with the augmented model.
+    """
+    parts = [{"part": part.name, "share": part.share} for part in diagnosis.budget]
+
+    def number(one: Number | str) -> Any:
+        if isinstance(one, str):
+            return one
+        return {"value": one.value, "unit": one.unit, "ci95": list(one.ci95) if one.ci95 else None}
+
+    def effect(one: ArmEffectFound) -> dict[str, Any]:
+        place = ARM_EFFECTS[one.name].place
+        return {
+            "name": one.name,
+            "family": one.family,
+            "block": one.block,
+            **({} if place == "arm" else {place: one.where}),
+            "certain": one.certain,
+            "share": one.share,
+            "parameters": {symbol: number(value) for symbol, value in one.numbers.items()},
+        }
+
+    return {
+        "schema": "mmt_drake.diagnosis/2",
+        "structure": "multibody",
+        "verdict": diagnosis.verdict,
+        "summary": diagnosis.summary,
+        "budget": parts,
+        "effects": [effect(e) for e in diagnosis.effects if e.certain],
+        "unsure": [{**effect(e), "instead": list(e.instead)} for e in diagnosis.effects if not e.certain],
+        "alternatives": [
+            {"name": name, "where": e.where, "indistinguishable": True} for e in diagnosis.effects for name in e.instead
+        ],
+        "parameters": {
+            f"{link}.{symbol}": number(n) for link, some in diagnosis.parameters.items() for symbol, n in some.items()
+        },
+        "untold": {link: list(symbols) for link, symbols in diagnosis.untold.items()},
+        "joints": [
+            {
+                "joint": j.name,
+                "moves": j.moves,
+                "torque_spread": j.spread,
+                "heldout_nrmse": {"nominal": j.nominal, "refit": j.refit, "augmented": j.augmented},
+                "noise_floor": j.noise,
+                "budget": [{"part": part.name, "share": part.share} for part in j.budget],
+            }
+            for j in diagnosis.joints
+        ],
+        "fit": {"heldout_s": [[a, b] for a, b, _ in diagnosis.heldout_s], "band_hz": diagnosis.model.band_hz},
+        "notes": list(diagnosis.notes),
+        "recordings": list(diagnosis.recordings),
+        "seconds": diagnosis.seconds,
+        "model": model,
+    }

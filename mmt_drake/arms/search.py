@@ -1,0 +1,140 @@
+"""Search of one joint: which effects earn their place on blocks that did not fit them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy import stats
+
+from mmt_drake.arms.laws import ARM_EFFECTS, DRY, VISCOUS
+from mmt_drake.arms.problem import FoldFit, Folds, JointRows, Term
+from mmt_drake.numeric.arrays import Array
+
+BY_CHANCE = 0.01
+"""A term earns its place if chance would make it so good with less than this probability ..."""
+GAIN = 0.03
+"""... and if it takes at least this part of the mean squared error that is left."""
+RARE = frozenset(("torque_gain", "joint_coupling", "torque_ripple", "ground_spring", "quadratic_drag"))
+"""Effects that few joints have. They draw a little of anything; one is taken only if it leaves ..."""
+_RARE_GAIN = 0.2
+"""... less by at least this part than what every joint has: friction, an offset, a rotor."""
+MOST = 5
+"""Steps of a search; the first one chooses dry and viscous friction together."""
+_STEP = 0.99
+"""A step that leaves more than this part of what the one before it left is the last."""
+
+
+@dataclass(frozen=True)
+class JointSet:
+    """Effects of one joint, and what they leave.
+
+    Attributes:
+        terms: chosen.
+        fit: theirs.
+    """
+
+    terms: tuple[Term, ...]
+    fit: FoldFit
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of its effects."""
+        return frozenset(term.effect for term in self.terms)
+
+    def term(self, name: str) -> Term | None:
+        """The term of an effect."""
+        return next((term for term in self.terms if term.effect == name), None)
+
+
+def chance_better(before: Array, after: Array) -> float:
+    """Probability that chance makes one set so much better than another on folds held out (paired, one-sided).
+
+    Args:
+        before, after: (folds,) mean squared errors.
+    """
+    gains = np.log(np.maximum(before, 1e-300)) - np.log(np.maximum(after, 1e-300))
+    spread = gains.std(ddof=1) / np.sqrt(len(gains)) if len(gains) > 1 else np.inf
+    if spread == 0.0:
+        return 0.0 if gains.mean() > 0.0 else 1.0
+    return float(stats.t.sf(gains.mean() / spread, len(gains) - 1))
+
+
+def earns(before: FoldFit, after: FoldFit, gain: float = GAIN) -> bool:
+    """Whether what was added predicts better, and by enough to be told."""
+    return after.cost < (1.0 - gain) * before.cost and chance_better(before.held_out, after.held_out) < BY_CHANCE
+
+
+class JointSearch:
+    """The search of one joint under one belief about the links.
+
+    Args:
+        rows: of the joint.
+        folds: its fits.
+        held: terms that are always there, such as a payload's.
+    """
+
+    def __init__(self, rows: JointRows, folds: Folds, held: Sequence[Term] = ()) -> None:
+        self._terms = [t for t in rows.terms if ARM_EFFECTS[t.effect].place == "joint"]
+        self._known = rows.held
+        self._folds, self._held, self._links = folds, tuple(held), len(folds.fit(()).x)
+
+    def fit(self, terms: Sequence[Term]) -> JointSet:
+        """The set of these terms."""
+        return JointSet(tuple(terms), self._folds.fit([c for t in (*self._held, *terms) for c in t.columns]))
+
+    def allowed(self, found: JointSet) -> bool:
+        """Whether every number is one that its effect may have."""
+        at = self._links + sum(len(t.columns) for t in self._held)
+        for term in found.terms:
+            least = ARM_EFFECTS[term.effect].least
+            own = found.fit.x[at : at + len(least)] + self._known.get(term.key, 0.0)
+            if any(own < least) or not ARM_EFFECTS[term.effect].check(own):
+                return False
+            at += len(least)
+        return True
+
+    def best(self, without: frozenset[str] = frozenset()) -> JointSet:
+        """The best set: of what every joint has, unless something rarer leaves much less.
+
+        Args:
+            without: effects that are not tried.
+        """
+        plain, every = self._stepwise(without | RARE), self._stepwise(without)
+        return every if earns(plain.fit, every.fit, _RARE_GAIN) else plain
+
+    def _stepwise(self, without: frozenset[str]) -> JointSet:
+        """The set that stepwise addition and removal end with."""
+        now, path = self.fit(()), list[JointSet]()
+        for _ in range(MOST):
+            now = min((s for s in self._steps(now, without) if self.allowed(s)), key=lambda s: s.fit.cost, default=now)
+            if path and now.fit.cost > _STEP * path[-1].fit.cost:
+                break
+            path.append(now)
+        # Of what a step adds, part may earn its place only beside what comes after it: so the last step is looked at.
+        return self._without_idle(path[-1]) if path else now
+
+    def _without_idle(self, found: JointSet) -> JointSet:
+        """Without those terms that do not earn their place beside the others, the most idle first."""
+        fewer = [s for t in found.terms if self.allowed(s := self.fit([u for u in found.terms if u is not t]))]
+        fewer += [s for t in found.terms for s in self._simpler(found, t) if self.allowed(s)]
+        idle = [s for s in fewer if not earns(s.fit, found.fit)]
+        return self._without_idle(min(idle, key=lambda s: s.fit.cost)) if idle else found
+
+    def _simpler(self, found: JointSet, term: Term) -> list[JointSet]:
+        """Sets with the special case of a law in its place."""
+        names = ARM_EFFECTS[term.effect].holds
+        return [self.fit([u if t is term else t for t in found.terms]) for u in self._terms if u.effect in names]
+
+    def _steps(self, now: JointSet, without: frozenset[str]) -> Iterator[JointSet]:
+        """Sets with one effect more, or with other laws of dry and of viscous friction."""
+        tried = [t for t in self._terms if t.effect not in without]
+        beside = [t for t in now.terms if not ARM_EFFECTS[t.effect].replaces]
+        dry, viscous = ([None, *(t for t in tried if t.effect in laws)] for laws in (DRY, VISCOUS))
+        for pair in product(dry, viscous):
+            yield self.fit([*(t for t in pair if t is not None), *beside])
+        for term in tried:
+            if not ARM_EFFECTS[term.effect].replaces and term.effect not in now.names:
+                yield self.fit([*now.terms, term])

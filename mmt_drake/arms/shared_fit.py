@@ -1,0 +1,185 @@
+"""Fit of all joints at once: one set of inertial numbers for the whole arm, and the effects of every joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg, stats
+
+from mmt_drake.arms.problem import FOLDS, ArmProblem, Term
+from mmt_drake.numeric.arrays import Array
+
+_FEWEST_DEGREES = 3
+_TOLD = 1e4
+"""... and is told apart if what the others leave of its column is more than one part in so many, in variance."""
+_HELD = 1e-8
+"""Numbers that no torque depends on stay 0: each is held so strongly, in parts of what the data say of it."""
+
+
+@dataclass(frozen=True)
+class Belief:
+    """A belief about the links.
+
+    Attributes:
+        name: `none`: they are as the file says; `refit`: each inertial number may be another; else the effect of the
+            whole arm that is added.
+        held: terms of that effect, by joint.
+        prior: (10 links,) how strongly an inertial number is held where it is [1/unit^2]; None: it is as believed.
+    """
+
+    name: str
+    held: tuple[Term, ...] = ()
+    prior: Array | None = None
+
+
+@dataclass(frozen=True)
+class SharedFit:
+    """Numbers of the links, of the arm and of each joint, fitted together.
+
+    Attributes:
+        problem: what was fitted.
+        belief: about the links.
+        sets: joint -> its terms, in the order of its numbers.
+        weights: (joints,) of each joint's squared error [1/(N m)^2].
+    """
+
+    problem: ArmProblem
+    belief: Belief
+    sets: Mapping[int, tuple[Term, ...]]
+    weights: Array
+
+    @cached_property
+    def _links(self) -> int:
+        return 0 if self.belief.prior is None else len(self.belief.prior)
+
+    @cached_property
+    def _places(self) -> list[tuple[list[int], list[int]]]:
+        """For each joint: its columns, and where their numbers stand in x."""
+        shared = [c for term in self.belief.held for c in term.columns]
+        at = self._links + len(shared)
+        places = []
+        for row in self.problem.rows:
+            own = [c for term in self.sets.get(row.joint, ()) for c in term.columns]
+            columns = [*range(self._links), *self._held_columns(row.joint), *own]
+            numbers = [*range(self._links + len(shared)), *range(at, at + len(own))]
+            places.append((columns, numbers))
+            at += len(own)
+        return places
+
+    def _held_columns(self, joint: int) -> list[int]:
+        """Columns of the arm's effect in the rows of a joint, which has it by its name."""
+        terms = self.problem.rows[joint].terms
+        return [
+            c
+            for held in self.belief.held
+            for term in terms
+            if (term.effect, term.where) == (held.effect, held.where)
+            for c in term.columns
+        ]
+
+    @cached_property
+    def size(self) -> int:
+        """How many numbers there are."""
+        return max((numbers[-1] + 1 for _, numbers in self._places if numbers), default=0)
+
+    def sums(self, blocks: Sequence[int]) -> tuple[Array, Array]:
+        """Normal equations of some blocks: (size, size) and (size,), without the prior."""
+        matrix, right = np.zeros((self.size, self.size)), np.zeros(self.size)
+        for row, weight, (columns, numbers) in zip(self.problem.rows, self.weights, self._places, strict=True):
+            gram, rhs, _, _ = row.sums
+            matrix[np.ix_(numbers, numbers)] += weight * gram[blocks].sum(0)[np.ix_(columns, columns)]
+            right[numbers] += weight * rhs[blocks].sum(0)[columns]
+        return matrix, right
+
+    def fitted(self, blocks: Sequence[int]) -> Array:
+        """The numbers that explain some blocks best."""
+        return self._solved(*self.sums(blocks))
+
+    @cached_property
+    def prior(self) -> Array:
+        """How strongly each number is held at 0, (size,)."""
+        prior = np.zeros(self.size)
+        if self.belief.prior is not None:
+            prior[: self._links] = self.belief.prior
+        return prior
+
+    def _solved(self, matrix: Array, right: Array) -> Array:
+        whole = matrix + np.diag(self.prior)
+        size = np.sqrt(np.maximum(np.diag(whole), 1e-12 * float(np.diag(whole).max(initial=1e-12))))
+        scaled = whole / np.outer(size, size) + _HELD * np.eye(len(size))
+        solved: Array = linalg.solve(scaled, right / size, assume_a="pos") / size if len(size) else right
+        return solved
+
+    def errors(self, x: Array, blocks: Sequence[int]) -> Array:
+        """Mean squared error of each joint over some blocks [(N m)^2], (joints,); NaN where it rests there."""
+        found = np.full(len(self.problem.rows), np.nan)
+        for row, (columns, numbers) in zip(self.problem.rows, self._places, strict=True):
+            gram, rhs, energy, samples = (part[blocks].sum(0) for part in row.sums)
+            if samples:
+                own = x[numbers]
+                squares = energy - 2.0 * own @ rhs[columns] + own @ gram[np.ix_(columns, columns)] @ own
+                found[row.joint] = max(float(squares), 0.0) / samples
+        return found
+
+    @cached_property
+    def held_out(self) -> Array:
+        """Mean squared error of each joint in each fold of the inner blocks, which was not fitted, (joints, folds)."""
+        inner = self.problem.inner
+        parts = [inner[f::FOLDS] for f in range(min(FOLDS, len(inner)))]
+        matrix, right = self.sums(inner)
+        found = []
+        for part in parts:
+            m, r = self.sums(part)
+            found.append(self.errors(self._solved(matrix - m, right - r), part))
+        return np.stack(found, 1)
+
+    def are_told(self, blocks: Sequence[int]) -> list[bool]:
+        """Whether each number is told apart from all others: a mass that only ever turns about its own axis is not."""
+        matrix, _ = self.sums(blocks)
+        size = np.sqrt(np.maximum(np.diag(matrix), 1e-30))
+        inverse = np.linalg.inv(matrix / np.outer(size, size) + _HELD * np.eye(len(size)))
+        return [bool(told) for told in np.diag(inverse) < _TOLD]
+
+    def deviations(self, x: Array, blocks: Sequence[int]) -> Array:
+        """Half widths of 95 % intervals, which allow for errors that hang together within a block."""
+        matrix, _ = self.sums(blocks)
+        inverse = np.linalg.pinv(matrix + np.diag(self.prior), hermitian=True)
+        scores = []
+        for b in blocks:
+            score = np.zeros(self.size)
+            for row, weight, (columns, numbers) in zip(self.problem.rows, self.weights, self._places, strict=True):
+                gram, rhs, _, _ = row.sums
+                score[numbers] += weight * (rhs[b][columns] - gram[b][np.ix_(columns, columns)] @ x[numbers])
+            scores.append(score)
+        spread = np.array(scores)
+        covariance = inverse @ (spread.T @ spread) @ inverse * len(blocks) / max(len(blocks) - 1, 1)
+        width = stats.t.ppf(0.975, max(len(blocks) - 1, _FEWEST_DEGREES))
+        half: Array = width * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        return half
+
+    def numbers_of(self, joint: int) -> list[tuple[Term, list[int]]]:
+        """Each term of a joint and where its numbers stand in x."""
+        at = self._links + sum(len(t.columns) for t in self.belief.held)
+        at += sum(len(t.columns) for j in range(joint) for t in self.sets.get(j, ()))
+        found = []
+        for term in self.sets.get(joint, ()):
+            found.append((term, list(range(at, at + len(term.columns)))))
+            at += len(term.columns)
+        return found
+
+    @property
+    def numbers_of_links(self) -> list[int]:
+        """Where the changes of the inertial numbers stand in x."""
+        return list(range(self._links))
+
+    @property
+    def numbers_held(self) -> list[tuple[Term, list[int]]]:
+        """The same of the arm's effects."""
+        at, found = self._links, []
+        for term in self.belief.held:
+            found.append((term, list(range(at, at + len(term.columns)))))
+            at += len(term.columns)
+        return found

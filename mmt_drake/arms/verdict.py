@@ -1,0 +1,194 @@
+"""What may be said of an arm: which effects are sure, how deep their names hold, and whose the error is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Final, Literal
+
+import numpy as np
+
+from mmt_drake.arms.beliefs import Believed, joint_search
+from mmt_drake.arms.laws import ARM_EFFECTS, DRY, ArmEffect
+from mmt_drake.arms.problem import ArmProblem, Term
+from mmt_drake.arms.search import BY_CHANCE, JointSet, chance_better
+from mmt_drake.arms.shared_fit import SharedFit
+from mmt_drake.numeric.arrays import Array
+
+Depth = Literal["law", "family", "block"]
+LEAVES: Final[dict[Depth, float]] = {"law": 2.0, "family": 1.25, "block": 1.25}
+"""What explains a joint without a name is ruled out if it leaves so many times as much, in variance, of blocks that
+were not fitted, and not by chance. Without a law another of its family draws most of what it draws."""
+_SPLIT_AT_MOST = 6
+"""Parts of a joint's error that are told apart; what is left of more is told together."""
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """How sure a name is.
+
+    Attributes:
+        term: that was found.
+        depth: to which its name holds; None: others explain the joint as well without it.
+        rivals: names of those, by depth: the effects that stand in its place.
+        leaves: held-out error of the best of them in parts of the joint's torque, by depth.
+    """
+
+    term: Term
+    depth: Depth | None
+    rivals: Mapping[Depth, tuple[str, ...]]
+    leaves: Mapping[Depth, float]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of a mismatch.
+
+    Attributes:
+        name: an effect, `parameters`, `shared`, `nameless` or `noise`.
+        share: of the nominal model's mean squared held-out error.
+    """
+
+    name: str
+    share: float
+
+
+def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certainty]:
+    """How sure each effect of a joint is.
+
+    Args:
+        problem: the logs.
+        found: what is delivered.
+        joint: its number.
+    """
+    own, search = found.sets[joint], joint_search(problem, found.fit.belief, joint)
+    spread = problem.rows[joint].spread(problem.inner)
+    told = []
+    for term in own.terms:
+        law = ARM_EFFECTS[term.effect]
+        depth: Depth | None = None
+        rivals: dict[Depth, tuple[str, ...]] = {}
+        leaves: dict[Depth, float] = {}
+        for at in ("block", "family", "law"):
+            without = _without(law, at)
+            rival = search.best(without)
+            leaves[at] = math.sqrt(rival.fit.cost) / spread if spread else 0.0
+            if not _ruled_out(rival, own, LEAVES[at]):
+                rivals[at] = tuple(sorted(rival.names - own.names))
+                break
+            depth = at
+        told.append(Certainty(term, depth, rivals, leaves))
+    return told
+
+
+def _without(law: ArmEffect, depth: Depth) -> frozenset[str]:
+    """Effects that a rival at a depth does without: those of the same block, family or law, and what holds that law."""
+    joint = [e for e in ARM_EFFECTS.values() if e.place == "joint"]
+    if depth == "block":
+        return frozenset(e.name for e in joint if e.block == law.block)
+    if depth == "family":
+        return frozenset(e.name for e in joint if e.family == law.family)
+    return frozenset(e.name for e in joint if e.name == law.name or law.name in e.holds)
+
+
+def _ruled_out(rival: JointSet, own: JointSet, leaves: float) -> bool:
+    return rival.fit.cost > leaves * own.fit.cost and chance_better(rival.fit.held_out, own.fit.held_out) < BY_CHANCE
+
+
+def without_idle_numbers(found: Believed) -> Believed:
+    """What is delivered, less what its intervals let do nothing, and with two numbers that are alike as one.
+
+    Effects that add nothing that is sure are no names, and no physics.
+    """
+    fit, inner = found.fit, found.fit.problem.inner
+    x = fit.fitted(inner)
+    half = fit.deviations(x, inner)
+    for joint, terms in fit.sets.items():
+        for term, at in fit.numbers_of(joint):
+            simpler = _simpler(fit.problem, joint, term, x[at], half[at])
+            if simpler is not term:
+                kept = tuple(t for t in (simpler if t is term else t for t in terms) if t is not None)
+                search = joint_search(fit.problem, fit.belief, joint)
+                sets = {**found.sets, joint: search.fit(kept)}
+                return without_idle_numbers(Believed(replace(fit, sets={j: s.terms for j, s in sets.items()}), sets))
+    return found
+
+
+def _simpler(problem: ArmProblem, joint: int, term: Term, x: Array, half: Array) -> Term | None:
+    """The term; the simpler one that it may as well be; or None where it may as well be nothing."""
+    if all(abs(x) <= half):
+        return None
+    law = ARM_EFFECTS[term.effect]
+    if len(x) == 2 and law.holds and abs(x[0] - x[1]) <= math.hypot(half[0], half[1]):
+        return next(t for t in problem.rows[joint].terms if t.effect == law.holds[0])
+    return term
+
+
+def joint_budget(fit: SharedFit, joint: int, x: Array, told: Sequence[Certainty], noise: float) -> tuple[Part, ...]:
+    """Whose the mismatch of a joint is, over the outer blocks.
+
+    Each part has the error that comes back without it, averaged over the orders in which parts can be taken away.
+
+    Args:
+        fit: delivered.
+        joint: its number.
+        x: its numbers, fitted to the inner blocks.
+        told: how sure its effects are; what is not sure is told together as shared.
+        noise: mean squared noise of the torque [(N m)^2].
+    """
+    outer = fit.problem.outer
+    parts: dict[str, list[int]] = {}
+    if fit.numbers_of_links:
+        parts["parameters"] = fit.numbers_of_links
+    for term, at in fit.numbers_held:
+        parts[term.effect] = at
+    sure = {c.term: c.depth for c in told}
+    for term, at in fit.numbers_of(joint):
+        name = term.effect if sure.get(term) else "shared"
+        parts[name] = [*parts.get(name, []), *at]
+    while len(parts) > _SPLIT_AT_MOST:
+        last = list(parts)[-1] if list(parts)[-1] != "shared" else list(parts)[-2]
+        parts["shared"] = [*parts.get("shared", []), *parts.pop(last)]
+    left = _coalitions(fit, joint, x, parts, outer)
+    nominal, whole = left[frozenset()], left[frozenset(parts)]
+    if not nominal > 0.0:
+        return ()
+    shares = {name: max(_shapley(left, name, list(parts)), 0.0) for name in parts}
+    explained = max(nominal - whole, 0.0)
+    total = sum(shares.values())
+    shares = {name: (share / total * explained / nominal if total else 0.0) for name, share in shares.items()}
+    floor = min(noise, whole, nominal) / nominal
+    found = [Part(name, share) for name, share in shares.items()]
+    return (*found, Part("nameless", max(1.0 - sum(shares.values()) - floor, 0.0)), Part("noise", floor))
+
+
+def _coalitions(
+    fit: SharedFit, joint: int, x: Array, parts: Mapping[str, Sequence[int]], blocks: Sequence[int]
+) -> dict[frozenset[str], float]:
+    """What each set of parts leaves of a joint's torque [(N m)^2]."""
+    left = {}
+    for size in range(len(parts) + 1):
+        for names in combinations(parts, size):
+            some = np.zeros_like(x)
+            for name in names:
+                some[list(parts[name])] = x[list(parts[name])]
+            left[frozenset(names)] = float(fit.errors(some, blocks)[joint])
+    return left
+
+
+def _shapley(left: Mapping[frozenset[str], float], name: str, names: Sequence[str]) -> float:
+    """What a part takes away, averaged over all orders (Shapley 1953)."""
+    others = [other for other in names if other != name]
+    value = 0.0
+    for size in range(len(others) + 1):
+        weight = math.factorial(size) * math.factorial(len(others) - size) / math.factorial(len(names))
+        for before in combinations(others, size):
+            value += weight * (left[frozenset(before)] - left[frozenset((*before, name))])
+    return value
+
+
+def is_dry(term: Term) -> bool:
+    """Whether a term is a law of dry friction."""
+    return term.effect in DRY

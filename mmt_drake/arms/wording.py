@@ -1,0 +1,68 @@
+"""A diagnosis of an arm in words."""
+
+from __future__ import annotations
+
+from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, Number
+from mmt_drake.effects.wording import words
+
+_LISTED = 4
+
+
+def summary(diagnosis: ArmDiagnosis) -> str:
+    """What was found, in a paragraph that a person can act on."""
+    moving = [joint for joint in diagnosis.joints if joint.budget]
+    before, after = (
+        (sum(getattr(joint, name) ** 2 for joint in moving) / max(len(moving), 1)) ** 0.5
+        for name in ("nominal", "augmented")
+    )
+    said = [_VERDICTS[diagnosis.verdict]]
+    sure = [effect for effect in diagnosis.effects if effect.certain]
+    for name in dict.fromkeys(effect.name for effect in sure):
+        same = [effect for effect in sure if effect.name == name]
+        said.append(_named(same, len(moving)))
+    if diagnosis.parameters:
+        said.append(f"Inertial numbers of {_listed(list(diagnosis.parameters))} are others than the file says.")
+    unsure = [f"{words(e.name)} on {e.where}" for e in diagnosis.effects if not e.certain]
+    if unsure:
+        said.append(f"Take part, but others would explain as much: {_listed(unsure)}.")
+    said.append(
+        f"Error of the torque on stretches that were not fitted, in parts of its spread: {before:.3g} with the model "
+        f"handed in, {after:.3g} with what was found."
+    )
+    return " ".join([*said, *diagnosis.notes])
+
+
+_VERDICTS = {
+    "no_mismatch": "The model explains the torques to their noise.",
+    "parameters": "The structure is right, inertial numbers were not.",
+    "missing_physics": "Physics is missing, and named.",
+    "partly_explained": "Physics is missing; part of it is named.",
+    "unexplained": "Something is missing that no effect explains.",
+}
+
+
+def _named(same: list[ArmEffectFound], moving: int) -> str:
+    first = same[0]
+    title = words(first.name)[0].upper() + words(first.name)[1:]
+    where = "on every joint that moves" if len(same) == moving > 1 else f"on {_listed([e.where for e in same])}"
+    numbers = f" ({told(first)})" if len(same) == 1 else ""
+    sure = {str(effect.certain) for effect in same}
+    depth = f"; certain is the {sure.pop()}" if len(sure) == 1 else ""
+    return f"{title} {where if first.where else 'of the whole arm'}{numbers}{depth}."
+
+
+def told(effect: ArmEffectFound) -> str:
+    """An effect's numbers: `Fc = 13.9 N m`."""
+    parts = []
+    for symbol, number in effect.numbers.items():
+        if isinstance(number, Number):
+            parts.append(f"{symbol} = {number.value:.3g}" + (f" {number.unit}" if number.unit != "1" else ""))
+        else:
+            parts.append(f"with {number}")
+    return ", ".join(parts)
+
+
+def _listed(names: list[str]) -> str:
+    shown = names[:_LISTED]
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(shown) + more
