@@ -12,11 +12,11 @@ from typing import Any
 import yaml
 
 from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.structure import STRUCTURE
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import known_keys, parse, read_text
 
-STRUCTURE = "multibody"
 INERTIA = ("m", "mcx", "mcy", "mcz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 """The ten inertial numbers of a link, about its own frame: mass [kg], first moment [kg m], inertia [kg m^2]."""
 
@@ -92,15 +92,6 @@ class ArmModel:
     def with_found(self, effects: Sequence[JointEffect], links: Mapping[str, tuple[float, ...]]) -> ArmModel:
         """The model with effects in the place of its own, and inertial numbers of links in the place of the file's."""
         return dataclasses.replace(self, effects=tuple(effects), links={**self.links, **links})
-
-
-def is_arm_file(path: str | Path) -> bool:
-    """Whether a model file is one of an arm; False also where it cannot be read: others say why."""
-    try:
-        data = parse(read_text(path, "a model file (YAML)"), str(path))
-    except BadInput:
-        return False
-    return isinstance(data, Mapping) and data.get("structure") == STRUCTURE
 
 
 def load_arm_model(path: str | Path) -> ArmModel:

@@ -132,12 +132,14 @@ class Predicted:
     Attributes:
         time: (n,) [s].
         measured, predicted: (n, joints) [N m].
+        velocity: (n, joints) [rad/s].
         counted: (n, joints) samples at which a joint moves; where it rests dry friction holds whatever it has to.
     """
 
     time: Array
     measured: Array
     predicted: Array
+    velocity: Array
     counted: Flags
 
     @property
@@ -157,6 +159,6 @@ def predicted(arm: Arm, model: ArmModel, log: JointLog) -> Predicted:
     one = prepared(arm, model, log)
     kept = one.motion.thinning
     counted = np.stack([np.abs(one.motion.v[:, j]) >= one.joint(j).rest for j in range(len(arm.joints))], 1)
-    return Predicted(
-        one.motion.time[kept], one.motion.torque[kept], one.motion.filtered(one.believed)[kept], counted[kept]
-    )
+    motion = one.motion
+    smooth = motion.filtered(one.believed)
+    return Predicted(motion.time[kept], motion.torque[kept], smooth[kept], motion.v[kept], counted[kept])

@@ -32,6 +32,12 @@ def summary(diagnosis: ArmDiagnosis) -> str:
     return " ".join([*said, *diagnosis.notes])
 
 
+def headline(diagnosis: ArmDiagnosis) -> str:
+    """The verdict in a sentence."""
+    sure = list(dict.fromkeys(words(effect.name) for effect in diagnosis.effects if effect.certain))
+    return f"{_VERDICTS[diagnosis.verdict].rstrip('.')}: {_listed(sure)}" if sure else _VERDICTS[diagnosis.verdict]
+
+
 _VERDICTS = {
     "no_mismatch": "The model explains the torques to their noise.",
     "parameters": "The structure is right, inertial numbers were not.",

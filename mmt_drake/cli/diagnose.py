@@ -22,6 +22,9 @@ MODEL may say `units: {position: rad, force: A}`, which the report then has in t
 `over: {Fc: current}`, a number that depends on a column recorded beside, or `over: {Fc: recording}`, free in each; and
 of a driven body `controller: {kind: pd, gains: {kp: 40, kd: 1.5}, limits: 8}`: its input is the goal.
 
+A MODEL of `structure: multibody` is of a robot arm, as a URDF, SDF or MJCF, and REC logs of its joints:
+  mmt-drake diagnose log.csv --model arm.yaml --out out/arm
+
 Verdicts: no_mismatch, parameters, missing_physics, partly_explained, ambiguous, unexplained, insufficient_data; exit
 status 0 with any of them.
 """
@@ -75,6 +78,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Diagnose recordings."""
+    from mmt_drake.arms.structure import is_arm_file
+
+    if arguments.model is not None and is_arm_file(arguments.model):
+        from mmt_drake.cli.arm import diagnose_arms
+
+        return diagnose_arms(arguments)
     # Imported where needed, so that help comes at once.
     from mmt_drake.diagnosis.diagnose import diagnose
     from mmt_drake.diagnosis.first_model import fit

@@ -10,6 +10,9 @@ REC's output); every other column is REC's. A REC without forces, of a hand alon
 --windows restarts a driven body every so often from a state that is fitted to a lead-in of REC's output, as a diagnosis
 does. How often says the key window_s of the model; without it, what a diagnosis would choose.
 
+With a model of a robot arm (`structure: multibody`) REC is a log of its joints, and OUT (.npz, .csv) has the torque
+that the model predicts for that motion, and the measured one, smooth below the model's band.
+
 model.yaml, for example:
   structure: flexible_box
   parameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}
@@ -20,6 +23,7 @@ import argparse
 from pathlib import Path
 
 from mmt_drake.analysis.nrmse import force_nrmse
+from mmt_drake.arms.structure import is_arm_file
 from mmt_drake.cli.options import add_effects, add_reading, reading
 from mmt_drake.cli.output import say
 from mmt_drake.effects import register_file
@@ -46,6 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Replay a recording."""
+    if is_arm_file(arguments.model):
+        from mmt_drake.cli.arm import simulate_arm
+
+        return simulate_arm(arguments)
     check_target(arguments.out)
     beside(Path(arguments.out))
     for file in arguments.effects:
