@@ -126,7 +126,7 @@ def _sure_text(diagnosis: ArmDiagnosis) -> str:
     if not diagnosis.effects:
         return "No effect of the library earned its place on any joint."
     return (
-        "Certain says how deep a name holds: the law, its family, or only the block. Without a depth it takes part, and "
+        "Certain says how deep a name holds: the law, its family, or only the block. Without one it takes part, and "
         "what stands beside it would explain as much in its place."
     )
 
