@@ -19,6 +19,8 @@ _FREE_SAMPLES = 0.05
 """One in so many samples is worth a sample of its own: what is left hangs together in time."""
 AS_WELL = 1.25
 """Other links explain a joint as well as a rare effect does if they leave no more than so many times as much."""
+MUCH, UNLIKELY = 0.2, 0.1
+"""A belief that leaves much less, in the logarithm of the squared error, need only be unlikely to do so by chance."""
 GAIN = 0.05
 """A belief beyond the file earns its place by so much of the squared error of all joints, in the geometric mean."""
 
@@ -91,7 +93,8 @@ def better(one: Believed, other: Believed) -> bool:
     moving = list(one.sets)
     before, after = (b.fit.held_out[moving].ravel() for b in (other, one))
     known = np.isfinite(before) & np.isfinite(after)
-    return one.cost < other.cost + np.log(1.0 - GAIN) and chance_better(before[known], after[known]) < BY_CHANCE
+    gained, chance = other.cost - one.cost, chance_better(before[known], after[known])
+    return gained > -np.log(1.0 - GAIN) and chance < (UNLIKELY if gained > MUCH else BY_CHANCE)
 
 
 def is_sensible(found: Believed) -> bool:

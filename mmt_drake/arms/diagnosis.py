@@ -19,7 +19,7 @@ from mmt_drake.arms.plant import Arm
 from mmt_drake.arms.problem import ArmProblem, Term, arm_problem
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Number
 from mmt_drake.arms.shared_fit import SharedFit
-from mmt_drake.arms.verdict import Certainty, Part, certainty, joint_budget, without_idle_numbers
+from mmt_drake.arms.verdict import Certainty, Part, certainty, forbidden, joint_budget, without, without_idle_numbers
 from mmt_drake.arms.wording import summary
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
@@ -62,6 +62,12 @@ def diagnose_arm(
     half = found.fit.deviations(whole, every)
     on_stage("numbers that a real arm can have")
     links, whole = _consistent(found.fit, whole, every)
+    while (idle := forbidden(found, whole)) is not None:  # beside links that a real arm can have
+        found = without(found, *idle)
+        told = {j: certainty(problem, found, j) for j in found.sets}
+        x, whole = found.fit.fitted(problem.inner), found.fit.fitted(every)
+        half = found.fit.deviations(whole, every)
+        links, whole = _consistent(found.fit, whole, every)
     refits = [b for b in tried if b.fit.belief.name == "refit"]
     links_alone = min(refits, key=lambda b: b.cost).fit
     links_alone = replace(links_alone, sets={})

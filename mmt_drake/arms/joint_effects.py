@@ -35,7 +35,8 @@ class JointEffects(LeafSystem):
     - ``torque`` (joints): what the drives give to the recorded joints [N m], [N].
     - ``force`` (plant's velocities): generalized force on the plant [N m], [N].
 
-    Dry friction turns over between -2e-3 and 2e-3 rad/s. Load-dependent friction grows with the torque of the drive.
+    Dry friction turns over between -2e-3 and 2e-3 rad/s. Load-dependent friction grows with what of the drive's torque
+    the other effects leave to the links.
 
     Args:
         arm: its plant is finalized.
@@ -47,34 +48,35 @@ class JointEffects(LeafSystem):
         self._positions, self._of = arm.plant.num_positions(), arm.velocity_index
         self._velocities = arm.plant.num_velocities()
         self._at = arm.position_index
-        self._laws = [(arm.joints.index(e.where), e) for e in model.effects if e.name not in UNFELT]
+        felt = [e for e in model.effects if e.name not in UNFELT]
+        felt.sort(key=lambda e: e.name == "load_dependent_friction")
+        self._laws = [(arm.joints.index(e.where), e) for e in felt]
         self._remembering = [number for number, (_, e) in enumerate(self._laws) if e.name == "dahl_friction"]
         self.declare_inputs(state=self._positions + self._velocities, torque=len(arm.joints))
         if self._remembering:
             self.DeclareContinuousState(len(self._remembering))
         self.DeclareVectorOutputPort("force", BasicVector(self._velocities), self._force)
 
-    def _resisting(self, context: Context, number: int) -> tuple[int, float, float]:
-        """A law's joint, the torque that it takes, and the rate of its memory."""
+    def _resisting(self, context: Context, number: int, load: float) -> tuple[float, float]:
+        """The torque that a law takes, and the rate of its memory."""
         joint, effect = self._laws[number]
-        (state, torque) = (self.GetInputPort(name).Eval(context) for name in ("state", "torque"))
+        state = self.GetInputPort("state").Eval(context)
         q, v = float(state[self._at[joint]]), float(state[self._positions + self._of[joint]])
         z = 0.0
         if number in self._remembering:
             z = float(context.get_continuous_state_vector()[self._remembering.index(number)])
         numbers = {symbol: float(value) for symbol, value in effect.parameters.items()}
-        taken, rate = instant(effect.name, numbers, q, v, abs(float(torque[joint])), z, REST)
-        return joint, taken, rate
+        return instant(effect.name, numbers, q, v, load, z, REST)
 
     def _force(self, context: Context, output: Any) -> None:
         force = np.zeros(self._velocities)
         force[self._of] = self.GetInputPort("torque").Eval(context)
-        for number in range(len(self._laws)):
-            joint, taken, _ = self._resisting(context, number)
+        for number, (joint, _) in enumerate(self._laws):  # what grows with the load comes last
+            taken, _ = self._resisting(context, number, abs(force[self._of[joint]]))
             force[self._of[joint]] -= taken
         output.SetFromVector(force)
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # Drake's
         """Rates of the laws' memories."""
-        rates = [self._resisting(context, number)[2] for number in self._remembering]
+        rates = [self._resisting(context, number, 0.0)[1] for number in self._remembering]
         derivatives.get_mutable_vector().SetFromVector(np.array(rates))

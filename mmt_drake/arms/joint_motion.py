@@ -54,7 +54,10 @@ class JointMotion:
 
     @property
     def load(self) -> Array:
-        """What friction may grow with: the size of the torque that moves the links, (n,)."""
+        """What friction may grow with: the size of the torque that moves the links, (n,).
+
+        Not of the torque that was logged: where friction is most of it, that would explain itself.
+        """
         return np.abs(self.rigid)
 
     @property

@@ -344,6 +344,8 @@ DRY = ("coulomb_friction", "smooth_coulomb_friction", "stribeck_friction", "dahl
 """Laws of dry friction, of which a joint has one."""
 VISCOUS = ("viscous_friction", "asymmetric_viscous_friction")
 """The same of viscous friction."""
+OF_THE_LINKS = ("load_dependent_friction", "torque_gain")
+"""Effects that are parts of the torque that moves the links."""
 ARM_WIDE = ("gravity_offset", "time_delay")
 """Effects of the whole arm."""
 BESIDE = (

@@ -13,18 +13,22 @@ from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.believed import Prepared, coefficients, inertias, prepared
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.joint_motion import JointMotion
-from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, VISCOUS, Shape
+from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, OF_THE_LINKS, VISCOUS, Shape
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import Arm
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 
 BLOCKS = 24
-"""Blocks of one log; every third is outer: it reports, and nothing is chosen or fitted by it."""
+"""Blocks of one log, if it is long enough; every third is outer: it reports, and nothing is chosen or fitted by it."""
 OUTER_EVERY = 3
 FOLDS = 16
 """Parts of the inner blocks that are held out in turn when sets of effects are compared."""
-_SHORTEST_S = 0.25
+_FAINT = 0.02
+"""Effects of the torque that moves the links are not told where that is less than this part of the torque."""
+_SHORTEST_S = 0.5
+_FEWEST = 12
+"""Blocks of all logs together."""
 _FEWEST_CYCLES, _MOST_CYCLES, PEAKS = 2.0, 60.0, 3
 """Periods of a ripple within the way of a joint, and how many of the strongest are tried."""
 STILL = 2e-3
@@ -64,6 +68,7 @@ class JointRows:
         columns: (n, 10 links + terms) torque for one unit of each number.
         counted: (n,) samples at which the joint moves.
         block: (n,) number of the block of each sample.
+        blocks: how many there are.
         terms: of this joint.
         held: effect and place -> numbers that the model has of it: what is found comes on top.
     """
@@ -74,13 +79,14 @@ class JointRows:
     columns: Array
     counted: Flags
     block: Array
+    blocks: int
     terms: tuple[Term, ...]
     held: Mapping[tuple[str, str], Array] = field(default_factory=dict)
 
     @cached_property
     def sums(self) -> tuple[Array, Array, Array, Array]:
         """Of each block: columns by columns (b, k, k), columns by target (b, k), target squared (b,), samples (b,)."""
-        count, k = int(self.block.max()) + 1, self.columns.shape[1]
+        count, k = self.blocks, self.columns.shape[1]
         gram, rhs = np.zeros((count, k, k)), np.zeros((count, k))
         energy, samples = np.zeros(count), np.zeros(count)
         for b in range(count):
@@ -88,6 +94,16 @@ class JointRows:
             x, y = self.columns[own], self.target[own]
             gram[b], rhs[b], energy[b], samples[b] = x.T @ x, x.T @ y, y @ y, len(y)
         return gram, rhs, energy, samples
+
+    @cached_property
+    def told(self) -> Flags:
+        """Columns that are not next to nothing, (k,): a number of one that is would be anything."""
+        size = np.sqrt(np.einsum("bkk->k", self.sums[0]) / max(float(self.sums[3].sum()), 1.0))
+        told: Flags = size > 0.0
+        for term in self.terms:
+            if term.effect in OF_THE_LINKS:
+                told[list(term.columns)] = size[list(term.columns)] > _FAINT * self.measured.std()
+        return told
 
     def spread(self, blocks: Sequence[int] | Array) -> float:
         """Standard deviation of the measured torque over blocks [N m]."""
@@ -157,33 +173,36 @@ def arm_problem(arm: Arm, model: ArmModel, logs: Sequence[JointLog]) -> ArmProbl
         BadInput: a log is too short, or nothing moves.
     """
     every = [prepared(arm, model, log) for log in logs]
-    for one in every:
-        kept = one.motion.time[one.motion.thinning]
-        if len(kept) < BLOCKS or kept[-1] - kept[0] < BLOCKS * _SHORTEST_S:
-            raise BadInput(
-                one.log.source, found=f"{one.log.duration:.3g} s", expected=f"{BLOCKS * _SHORTEST_S + 1:g} s or more"
-            )
+    edges = [_edges(one.motion) for one in every]
+    if (count := sum(len(e) - 1 for e in edges)) < _FEWEST:
+        seconds = sum(log.duration for log in logs)
+        found, expected = f"{seconds:.3g} s", f"{_FEWEST * _SHORTEST_S + 1:g} s or more, of one log or of several"
+        raise BadInput(logs[0].source, found=f"{found} ({count} blocks)", expected=expected)
     moving = tuple(j for j in range(len(arm.joints)) if any(np.ptp(one.motion.q[:, j]) > STILL for one in every))
     if not moving:
         raise BadInput(logs[0].source, found="no joint that moves", expected=f"a way of {STILL:g} rad or more")
     numbers = inertias(arm, model)
     rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moving) for j in range(len(arm.joints)))
-    edges = [_edges(one.motion) for one in every]
-    starts = np.concatenate([np.column_stack([e[:-1], e[1:], np.full(BLOCKS, i)]) for i, e in enumerate(edges)])
+    starts = np.concatenate([np.column_stack([e[:-1], e[1:], np.full(len(e) - 1, i)]) for i, e in enumerate(edges)])
     return ArmProblem(arm, numbers.ravel(), rows, starts, moving)
 
 
 def _edges(motion: ArmMotion) -> Array:
+    """Times at which the blocks of a log begin and end; one alone where none is long enough."""
     kept = motion.time[motion.thinning]
-    return np.linspace(kept[0], kept[-1], BLOCKS + 1)
+    if len(kept) < 2:
+        return np.empty(0)
+    count = min(BLOCKS, max(1, int((kept[-1] - kept[0]) / _SHORTEST_S)))
+    return np.linspace(kept[0], kept[-1], count + 1)
 
 
 def _joint_rows(arm: Arm, model: ArmModel, numbers: Array, every: Sequence[Prepared], j: int, moves: bool) -> JointRows:
     motions = [one.joint(j) for one in every]
     ripples = _ripples(every, j) if moves else ()
-    terms, held = _terms(arm, model, replace(motions[0], ripples=ripples), j, moves)
-    stacked, target, measured, counted, block = [], [], [], [], []
-    for i, (one, own) in enumerate(zip(every, motions, strict=True)):
+    fastest = max(motions, key=lambda motion: motion.fastest)
+    terms, held = _terms(arm, model, replace(fastest, ripples=ripples), j, moves)
+    stacked, target, measured, counted, block, first = [], [], [], [], [], 0
+    for one, own in zip(every, motions, strict=True):
         parts = [one.asked.inertial[:, j]]
         for term in terms:
             if term.columns[0] >= len(numbers) * 10:
@@ -196,10 +215,12 @@ def _joint_rows(arm: Arm, model: ArmModel, numbers: Array, every: Sequence[Prepa
         measured.append(one.motion.torque[taken, j])
         target.append(measured[-1] - whole[:, -1])
         counted.append(np.abs(own.v[taken]) >= own.rest if moves else np.ones(len(whole), dtype=bool))
-        number = np.searchsorted(_edges(one.motion), one.motion.time[taken], side="right") - 1
-        block.append(i * BLOCKS + np.clip(number, 0, BLOCKS - 1))
+        edges = _edges(one.motion)
+        number = np.searchsorted(edges, one.motion.time[taken], side="right") - 1
+        block.append(first + np.clip(number, 0, len(edges) - 2))
+        first += len(edges) - 1
     joined = [np.concatenate(part) for part in (target, measured, stacked, counted, block)]
-    return JointRows(j, joined[0], joined[1], joined[2], joined[3], joined[4], terms, held)
+    return JointRows(j, joined[0], joined[1], joined[2], joined[3], joined[4], first, terms, held)
 
 
 def _terms(

@@ -77,7 +77,8 @@ class JointSearch:
     """
 
     def __init__(self, rows: JointRows, folds: Folds, held: Sequence[Term] = ()) -> None:
-        self._terms = [t for t in rows.terms if ARM_EFFECTS[t.effect].place == "joint"]
+        told = rows.told
+        self._terms = [t for t in rows.terms if ARM_EFFECTS[t.effect].place == "joint" and all(told[list(t.columns)])]
         self._known = rows.held
         self._folds, self._held, self._links = folds, tuple(held), len(folds.fit(()).x)
 

@@ -105,22 +105,42 @@ def without_idle_numbers(found: Believed) -> Believed:
     fit, inner = found.fit, found.fit.problem.inner
     x = fit.fitted(inner)
     half = fit.deviations(x, inner)
-    for joint, terms in fit.sets.items():
+    for joint in fit.sets:
         for term, at in fit.numbers_of(joint):
             simpler = _simpler(fit.problem, joint, term, x[at], half[at])
             if simpler is not term:
-                kept = tuple(t for t in (simpler if t is term else t for t in terms) if t is not None)
-                search = joint_search(fit.problem, fit.belief, joint)
-                sets = {**found.sets, joint: search.fit(kept)}
-                return without_idle_numbers(Believed(replace(fit, sets={j: s.terms for j, s in sets.items()}), sets))
+                return without_idle_numbers(without(found, joint, term, simpler))
     return found
 
 
+def forbidden(found: Believed, x: Array) -> tuple[int, Term] | None:
+    """A joint and a term of it with numbers that it must not have; None where there is none.
+
+    Args:
+        found: what is delivered.
+        x: its numbers.
+    """
+    for joint in found.fit.sets:
+        known = found.fit.problem.rows[joint].held
+        for term, at in found.fit.numbers_of(joint):
+            law, own = ARM_EFFECTS[term.effect], x[at] + known.get(term.key, 0.0)
+            if any(own < law.least) or not law.check(own):
+                return joint, term
+    return None
+
+
+def without(found: Believed, joint: int, term: Term, instead: Term | None = None) -> Believed:
+    """What is delivered without a term of a joint, or with another one in its place."""
+    kept = tuple(t for t in (instead if t is term else t for t in found.fit.sets[joint]) if t is not None)
+    sets = {**found.sets, joint: joint_search(found.fit.problem, found.fit.belief, joint).fit(kept)}
+    return Believed(replace(found.fit, sets={j: s.terms for j, s in sets.items()}), sets)
+
+
 def _simpler(problem: ArmProblem, joint: int, term: Term, x: Array, half: Array) -> Term | None:
-    """The term; the simpler one that it may as well be; or None where it may as well be nothing."""
-    if all(abs(x) <= half):
-        return None
+    """The term; the simpler one that it may as well be; or None where it may as well be nothing, or must not be."""
     law = ARM_EFFECTS[term.effect]
+    if all(abs(x) <= half) or any(x + problem.rows[joint].held.get(term.key, 0.0) < law.least):
+        return None
     if len(x) == 2 and law.holds and abs(x[0] - x[1]) <= math.hypot(half[0], half[1]):
         return next(t for t in problem.rows[joint].terms if t.effect == law.holds[0])
     return term
