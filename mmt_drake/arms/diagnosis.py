@@ -28,6 +28,8 @@ EXPLAINED = 0.02
 """Of the mismatch may be nameless where it is said to be explained ..."""
 PARTLY = 0.2
 """... and what has names takes at least this part of it, where it is said to be so in part."""
+UNTOLD = 0.1
+"""Where no more than this is nameless, but most of it could be one law or another, the answer is ambiguous."""
 NOISE_ALONE = 1.5
 """A model that leaves no more than so many times the noise of the torque, in RMS, has nothing missing that shows."""
 
@@ -258,11 +260,14 @@ def _verdict(
     named = sum(share for name, share in shares.items() if name not in ("parameters", "shared", "nameless", "noise"))
     if all(joint.nominal <= NOISE_ALONE * max(joint.noise, 1e-9) for joint in moving):
         return "no_mismatch"
-    nameless = shares.get("nameless", 0.0) + shares.get("shared", 0.0)
+    nameless, shared = shares.get("nameless", 0.0), shares.get("shared", 0.0)
+    if shared > named and nameless <= UNTOLD:
+        return "ambiguous"
     if any(effect.certain for effect in effects):
-        if nameless <= EXPLAINED:
+        if nameless + shared <= EXPLAINED:
             return "missing_physics"
-        return "partly_explained" if named >= PARTLY else "unexplained"
+        left = named + shared + nameless
+        return "partly_explained" if named >= PARTLY or named >= 0.5 * left else "unexplained"
     if found.fit.belief.name == "refit" and shares.get("parameters", 0.0) >= 1.0 - PARTLY:
         return "parameters"
     return "unexplained"

@@ -25,6 +25,7 @@ _TONES: Final = {
     "parameters": "fair",
     "missing_physics": "fair",
     "partly_explained": "open",
+    "ambiguous": "open",
     "unexplained": "bad",
 }
 _PARTS: Final = {"parameters": COLORS["refit"], "shared": PURPLE, "nameless": RED, "noise": GREY}

@@ -43,6 +43,7 @@ _VERDICTS = {
     "parameters": "The structure is right, inertial numbers were not.",
     "missing_physics": "Physics is missing, and named.",
     "partly_explained": "Physics is missing; part of it is named.",
+    "ambiguous": "Physics is missing, and this motion does not tell which law it is.",
     "unexplained": "Something is missing that no effect explains.",
 }
 

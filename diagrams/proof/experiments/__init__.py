@@ -20,6 +20,7 @@ MODULES: Final = {
     "fit": "first_models",
     "device": "device",
     "learning": "learning",
+    "arms": "arms",
     **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }
 """Name -> the module here that has it among its `STUDIES`."""
