@@ -19,7 +19,16 @@ from mmt_drake.arms.plant import Arm
 from mmt_drake.arms.problem import ArmProblem, Term, arm_problem
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Number
 from mmt_drake.arms.shared_fit import SharedFit
-from mmt_drake.arms.verdict import Certainty, Part, certainty, forbidden, joint_budget, without, without_idle_numbers
+from mmt_drake.arms.verdict import (
+    Certainty,
+    Part,
+    arm_certainty,
+    certainty,
+    forbidden,
+    joint_budget,
+    without,
+    without_idle_numbers,
+)
 from mmt_drake.arms.wording import summary
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
@@ -79,7 +88,7 @@ def diagnose_arm(
         _joint(problem, found.fit, links_alone, x, j, told.get(j, []), float(noise[j])) for j in range(len(arm.joints))
     )
     budget = _whole_budget(joints)
-    effects = _effects(arm, model, found, told, whole, half, joints, budget)
+    effects = _effects(arm, model, found, tried, told, whole, half, joints, budget)
     augmented = model.with_found(_merged(arm, model, found.fit, whole), links)
     verdict = _verdict(found, joints, effects, budget)
     parameters, untold = _parameters(found.fit, links, whole, half, every)
@@ -167,6 +176,7 @@ def _effects(
     arm: Arm,
     model: ArmModel,
     found: Believed,
+    tried: Sequence[Believed],
     told: Mapping[int, Sequence[Certainty]],
     x: Array,
     half: Array,
@@ -177,7 +187,7 @@ def _effects(
     effects = []
     for term, at in found.fit.numbers_held:
         share = next((part.share for part in budget if part.name == term.effect), 0.0)
-        effects.append(_effect(arm, term, x[at], half[at], "law", share, ()))
+        effects.append(_effect(arm, term, x[at], half[at], arm_certainty(found, tried), share, ()))
     for j, certainties in told.items():
         for (term, at), sure in zip(found.fit.numbers_of(j), certainties, strict=True):
             if term.key in known:

@@ -18,6 +18,7 @@ from mmt_drake.arms.shared_fit import SharedFit
 from mmt_drake.numeric.arrays import Array
 
 Depth = Literal["law", "family", "block"]
+_DEPTHS: Final[tuple[Depth, ...]] = ("block", "family", "law")
 LEAVES: Final[dict[Depth, float]] = {"law": 2.0, "family": 1.25, "block": 1.25}
 """What explains a joint without a name is ruled out if it leaves so many times as much, in variance, of blocks that
 were not fitted, and not by chance. Without a law another of its family draws most of what it draws."""
@@ -71,7 +72,7 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
         depth: Depth | None = None
         rivals: dict[Depth, tuple[str, ...]] = {}
         leaves: dict[Depth, float] = {}
-        for at in ("block", "family", "law"):
+        for at in _DEPTHS:
             without = _without(law, at)
             rival = search.best(without)
             leaves[at] = math.sqrt(rival.fit.cost) / spread if spread else 0.0
@@ -83,9 +84,35 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
     return told
 
 
-def _without(law: ArmEffect, depth: Depth) -> frozenset[str]:
+def arm_certainty(found: Believed, tried: Sequence[Believed]) -> Depth | None:
+    """How sure the effect of the whole arm is that a belief adds.
+
+    A payload is a special case of other inertial numbers, which say what it says and more: these are no rivals of it.
+
+    Args:
+        found: what is delivered.
+        tried: every belief.
+    """
+    (term,) = found.fit.belief.held
+    law, told = ARM_EFFECTS[term.effect], found.fit.belief
+    depth: Depth | None = None
+    for at in _DEPTHS:
+        same = _without(law, at, "arm")
+        rivals = [
+            b
+            for b in tried
+            if not (b.fit.belief.name == "refit" and law.place == "link")
+            and not (b.fit.belief.name in same and (at != "law" or b.fit.belief.held == told.held))
+        ]
+        if any(b.cost < found.cost + math.log(LEAVES[at]) for b in rivals):
+            break
+        depth = at
+    return depth
+
+
+def _without(law: ArmEffect, depth: Depth, place: str = "joint") -> frozenset[str]:
     """Effects that a rival at a depth does without: those of the same block, family or law, and what holds that law."""
-    joint = [e for e in ARM_EFFECTS.values() if e.place == "joint"]
+    joint = [e for e in ARM_EFFECTS.values() if (e.place == "joint") == (place == "joint")]
     if depth == "block":
         return frozenset(e.name for e in joint if e.block == law.block)
     if depth == "family":

@@ -34,8 +34,8 @@ class ArmCase:
         column, factor: of the torque, see `ArmModel`.
         fitted: logs that are diagnosed.
         tested: log of another motion, or of the same once more; empty: there is none.
-        simple: what the better of a viscous and a viscous-Coulomb refit leaves of it, by joint, as the recordings' notes
-            print it; None where they do not.
+        simple: what the better of a viscous and a viscous-Coulomb refit leaves of it, by joint, as the notes of the
+            recordings print it; None where they do not.
         after: the case whose model is handed in; empty: the robot's own.
     """
 
