@@ -13,6 +13,7 @@ from mmt_drake.arms.arm_file import INERTIA, ArmModel, JointEffect
 from mmt_drake.arms.beliefs import Believed, settled
 from mmt_drake.arms.believed import check_places
 from mmt_drake.arms.consistency import nearest_consistent
+from mmt_drake.arms.forward import forward
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.plant import Arm
@@ -92,6 +93,9 @@ def diagnose_arm(
     augmented = model.with_found(_merged(arm, model, found.fit, whole), links)
     verdict = _verdict(found, joints, effects, budget)
     parameters, untold = _parameters(found.fit, links, whole, half, every)
+    on_stage("simulation forward")
+    held_out = [(a, b) for a, b, log in problem.starts[problem.outer] if log == 0.0]
+    ahead = forward(model, logs[0], held_out), forward(augmented, logs[0], held_out)
     diagnosis = ArmDiagnosis(
         verdict,
         "",
@@ -104,6 +108,7 @@ def diagnose_arm(
         augmented,
         tuple(log.source for log in logs),
         round(time.perf_counter() - begun, 2),
+        ahead,
         found.fit.belief.name,
         _notes(found, problem),
     )

@@ -13,6 +13,7 @@ from mmt_drake.analysis.page import Banner, Bar, Section, write_page
 from mmt_drake.analysis.plotting import GREY, PURPLE, RED
 from mmt_drake.analysis.table import Table
 from mmt_drake.arms.believed import Predicted
+from mmt_drake.arms.forward import WINDOW_S
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, Number
 from mmt_drake.arms.wording import headline, told
@@ -55,6 +56,7 @@ def write_arm_report(
         Section("Joint by joint", table=_joint_table(diagnosis)),
         Section("What was found", _sure_text(diagnosis), table=_effect_table(diagnosis)),
         *_links(diagnosis),
+        *_ahead(diagnosis),
         *_joints(diagnosis, before, after),
         Section("How this was computed", _METHOD, facts=provenance.facts, remark=THINNING),
     ]
@@ -176,6 +178,26 @@ def _links(diagnosis: ArmDiagnosis) -> Iterator[Section]:
         items = [f"{link}: {', '.join(symbols)}" for link, symbols in diagnosis.untold.items()]
         text = "They stay at the file's values, or move only together with others."
         yield Section("Not told by this motion", text, items=items, inner=bool(diagnosis.parameters))
+
+
+def _ahead(diagnosis: ArmDiagnosis) -> Iterator[Section]:
+    if diagnosis.forward is None or not diagnosis.forward[0].windows:
+        return
+    before, after = diagnosis.forward
+    table: list[tuple[str | float | None, ...]] = [
+        (
+            joint.name,
+            *(float(1e3 * e) if np.isfinite(e) else None for e in (before.way[j], before.rms[j], after.rms[j])),
+        )
+        for j, joint in enumerate(diagnosis.joints)
+        if joint.moves
+    ]
+    text = (
+        f"Drake's plant under the recorded torque, in open loop, over {before.windows} windows of {WINDOW_S:g} s that "
+        "were held out, each from the recorded state. A dash: it could not be simulated."
+    )
+    headers = ("joint", "way [mrad]", "off, as handed in [mrad]", "off, with what was found [mrad]")
+    yield Section("Simulated forward", text, table=Table(headers, table, "RMS over the windows.", digits=3))
 
 
 def _joints(diagnosis: ArmDiagnosis, before: Predicted, after: Predicted) -> Iterator[Section]:

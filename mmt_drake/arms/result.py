@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from mmt_drake.arms.arm_file import ArmModel
+from mmt_drake.arms.forward import WINDOW_S, ForwardErrors
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.verdict import Part
 
@@ -82,6 +85,8 @@ class ArmDiagnosis:
         model: with what was found.
         recordings: logs.
         seconds: it took.
+        forward: simulated under the recorded torque over short windows of the first log, with the model handed in and
+            with what was found.
         believed: the belief about the links that was taken: none, refit, payload, ...
     """
 
@@ -96,6 +101,7 @@ class ArmDiagnosis:
     model: ArmModel
     recordings: tuple[str, ...]
     seconds: float = 0.0
+    forward: tuple[ForwardErrors, ForwardErrors] | None = None
     believed: str = "none"
     notes: tuple[str, ...] = field(default=())
 
@@ -152,9 +158,19 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
             }
             for j in diagnosis.joints
         ],
+        "forward": _forward(diagnosis),
         "fit": {"heldout_s": [[a, b] for a, b, _ in diagnosis.heldout_s], "band_hz": diagnosis.model.band_hz},
         "notes": list(diagnosis.notes),
         "recordings": list(diagnosis.recordings),
         "seconds": diagnosis.seconds,
         "model": model,
     }
+
+
+def _forward(diagnosis: ArmDiagnosis) -> dict[str, Any] | None:
+    """RMS of positions simulated over windows, None where a model could not be simulated."""
+    if diagnosis.forward is None:
+        return None
+    before, after = ([float(e) if np.isfinite(e) else None for e in one.rms] for one in diagnosis.forward)
+    way, windows = diagnosis.forward[0].way.tolist(), diagnosis.forward[0].windows
+    return {"window_s": WINDOW_S, "windows": windows, "way": way, "nominal": before, "augmented": after}
