@@ -55,7 +55,7 @@ class Arm:
 def missing_arm() -> str | None:
     """Why there is no arm, in one line; None if there is one."""
     try:
-        _model_file()
+        robot_file(_MODEL)
     except MissingDependency as error:
         return str(error)
     return None
@@ -80,7 +80,7 @@ def simulated_arm(arm: Arm, start: Array, step: float) -> Diagram:
     builder = DiagramBuilder()
     plant = builder.AddNamedSystem("plant", MultibodyPlant(step))
     plant.SetUseSampledOutputPorts(False)  # the sensor reads what is, not what was a step ago
-    (panda,) = Parser(plant).AddModelsFromString(_without_hand(_model_file()), "urdf")
+    (panda,) = Parser(plant).AddModelsFromString(_without_hand(robot_file(_MODEL)), "urdf")
     for number in range(1, 8):
         plant.AddJointActuator(f"joint{number}", plant.GetJointByName(f"panda_joint{number}"))
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("panda_link0"))
@@ -113,14 +113,17 @@ def simulated_arm(arm: Arm, start: Array, step: float) -> Diagram:
 
 
 @cache
-def _model_file() -> Path:
-    """The model of the Panda.
+def robot_file(name: str) -> Path:
+    """The model of a robot of the package.
+
+    Args:
+        name: of the file.
 
     Raises:
         MissingDependency: it is not installed.
     """
     try:
-        found = [file for file in metadata.files(_PACKAGE) or () if file.name == _MODEL]
+        found = [file for file in metadata.files(_PACKAGE) or () if file.name == name]
     except metadata.PackageNotFoundError:
         found = []
     if not found:

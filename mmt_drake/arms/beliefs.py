@@ -18,9 +18,8 @@ LOOSE = (0.1, 0.3, 1.0, 3.0)
 _FREE_SAMPLES = 0.05
 """One in so many samples is worth a sample of its own: what is left hangs together in time."""
 AS_WELL = 1.25
-"""Other links explain a joint as well as a rare effect does if they leave no more than so many times as much."""
-MUCH, UNLIKELY = 0.2, 0.1
-"""A belief that leaves much less, in the logarithm of the squared error, need only be unlikely to do so by chance."""
+"""One belief explains as well as another if it leaves no more than so many times as much: the simpler one is taken, and
+what is rare is not named where other links explain a joint as well."""
 GAIN = 0.05
 """A belief beyond the file earns its place by so much of the squared error of all joints, in the geometric mean."""
 
@@ -93,8 +92,7 @@ def better(one: Believed, other: Believed) -> bool:
     moving = list(one.sets)
     before, after = (b.fit.held_out[moving].ravel() for b in (other, one))
     known = np.isfinite(before) & np.isfinite(after)
-    gained, chance = other.cost - one.cost, chance_better(before[known], after[known])
-    return gained > -np.log(1.0 - GAIN) and chance < (UNLIKELY if gained > MUCH else BY_CHANCE)
+    return one.cost < other.cost + np.log(1.0 - GAIN) and chance_better(before[known], after[known]) < BY_CHANCE
 
 
 def is_sensible(found: Believed) -> bool:
@@ -131,19 +129,20 @@ def settled(problem: ArmProblem, on_stage: Callable[[str], None]) -> tuple[Belie
     on_stage("a payload, the direction of gravity, a delay")
     arms = [b for b in (searched(problem, belief, weights, plain) for belief in _whole_arm(problem)) if is_sensible(b)]
     # What is rare is not taken on a joint where other links explain as much.
-    doubtful = {j: RARE for j in problem.moving if any(_explains(b.sets[j], none.sets[j]) for b in (*refits, *arms))}
+    doubtful = {j: RARE for j in problem.moving if any(_explains(b, none, j) for b in (*refits, *arms))}
     if any(none.sets[j].names & RARE for j in doubtful):
         none = searched(problem, Belief("none"), weights, doubtful)
     refit = min(refits, key=lambda b: b.cost)
     tried = [none, *arms, *refits]
     arms.sort(key=lambda b: b.cost)
-    if arms and better(arms[0], none) and arms[0].cost < refit.cost + GAIN:
+    if arms and better(arms[0], none) and arms[0].cost < refit.cost + np.log(AS_WELL):
         best = arms[0]
     else:
         best = refit if better(refit, none) else none
     return (best if best is none else searched(problem, best.fit.belief, weights)), tried
 
 
-def _explains(other: JointSet, own: JointSet) -> bool:
-    """Whether a joint is explained about as well by other links."""
-    return other.fit.cost < AS_WELL * own.fit.cost
+def _explains(other: Believed, own: Believed, joint: int) -> bool:
+    """Whether a joint is explained about as well by other links, which have one set of numbers for all joints."""
+    left, before = (float(np.nanmean(b.fit.held_out[joint])) for b in (other, own))
+    return left < AS_WELL * before

@@ -12,7 +12,7 @@ from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS, Shape
 from mmt_drake.arms.motion import ArmMotion
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.regressor import Regressor, regressor
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
@@ -48,7 +48,7 @@ class Prepared:
         q, v, a = motion.q[:, j], motion.v[:, j], motion.a[:, j]
         return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk, ripples)
 
-    def columns(self, arm: Arm, effect: str, where: str, shape: Shape, j: int, nominal: Array) -> Array | None:
+    def columns(self, arm: ArmPlant, effect: str, where: str, shape: Shape, j: int, nominal: Array) -> Array | None:
         """Torque of joint j for one unit of each number of an effect (n, k); None where it has no part there."""
         law = ARM_EFFECTS[effect]
         if law.place == "joint" and arm.joints[j] != where:
@@ -61,7 +61,7 @@ class Prepared:
         return np.einsum("npk,p->nk", self.asked.tilted[:, j], nominal.ravel())
 
 
-def inertias(arm: Arm, model: ArmModel) -> Array:
+def inertias(arm: ArmPlant, model: ArmModel) -> Array:
     """Inertial numbers of the links that a model believes in, (links, 10).
 
     Raises:
@@ -75,7 +75,7 @@ def inertias(arm: Arm, model: ArmModel) -> Array:
     return numbers
 
 
-def check_places(arm: Arm, model: ArmModel) -> None:
+def check_places(arm: ArmPlant, model: ArmModel) -> None:
     """Refuse effects at joints or links that are not there.
 
     Raises:
@@ -93,7 +93,7 @@ def check_places(arm: Arm, model: ArmModel) -> None:
             raise BadInput(model.source, at=at, found=other, expected=f"one of {', '.join(arm.joints)}")
 
 
-def coefficients(arm: Arm, effect: JointEffect) -> tuple[Array, Shape]:
+def coefficients(arm: ArmPlant, effect: JointEffect) -> tuple[Array, Shape]:
     """The linear numbers of an effect, and its shape; another joint stands by its number there."""
     numbers = {
         symbol: float(arm.joints.index(str(value))) if symbol == "joint" else value
@@ -102,7 +102,7 @@ def coefficients(arm: Arm, effect: JointEffect) -> tuple[Array, Shape]:
     return ARM_EFFECTS[effect.name].coefficients(numbers)
 
 
-def prepared(arm: Arm, model: ArmModel, log: JointLog) -> Prepared:
+def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> Prepared:
     """A log, held against a model.
 
     Args:
@@ -154,7 +154,7 @@ class Predicted:
         return np.array(found)
 
 
-def predicted(arm: Arm, model: ArmModel, log: JointLog) -> Predicted:
+def predicted(arm: ArmPlant, model: ArmModel, log: JointLog) -> Predicted:
     """The torque of a log as a model predicts it from the motion alone (inverse dynamics)."""
     one = prepared(arm, model, log)
     kept = one.motion.thinning

@@ -14,7 +14,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.believed import inertias
 from mmt_drake.arms.joint_effects import JointEffects
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.atomic import replacing
@@ -44,7 +44,7 @@ def write_urdf(model: ArmModel, path: str | Path) -> Path:
         raise BadInput(model.source, at="robot", found=model.robot.name, expected="a URDF, to write one")
     tree = ET.parse(model.robot)
     links = {link.get("name"): link for link in tree.getroot().iter("link")}
-    arm = Arm.of(replace(model, held=()))
+    arm = ArmPlant.of(replace(model, held=()))
     for name, numbers in model.links.items():
         for hung in arm.hung_on(name):
             if (inertial := links[hung].find("inertial")) is not None:
@@ -88,7 +88,7 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
         model: of an arm.
     """
     builder = DiagramBuilder()
-    arm = Arm.of(model, finalize=False)
+    arm = ArmPlant.of(model, finalize=False)
     plant = builder.AddNamedSystem("plant", arm.plant)
     actuators = []
     for effect in model.effects:
@@ -98,7 +98,7 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
             actuator.set_default_rotor_inertia(float(effect.parameters["I"]))
             actuators.append(actuator)
     plant.Finalize()
-    arm = Arm(plant, arm.joints, arm.links)
+    arm = ArmPlant(plant, arm.joints, arm.links)
     effects = builder.AddNamedSystem("effects", JointEffects(arm, model))
     builder.Connect(plant.get_state_output_port(), effects.GetInputPort("state"))
     builder.Connect(effects.GetOutputPort("force"), plant.get_applied_generalized_force_input_port())
@@ -115,7 +115,7 @@ def set_links(model: ArmModel, plant: Any, context: Any) -> None:
         plant: of `arm_diagram`.
         context: the plant's own.
     """
-    arm = Arm.of(replace(model, held=()))
+    arm = ArmPlant.of(replace(model, held=()))
     inertias(arm, model)  # refuses links that are not there
     nothing = SpatialInertia(1e-9, np.zeros(3), UnitInertia.SolidSphere(1e-3))
     for name, numbers in model.links.items():

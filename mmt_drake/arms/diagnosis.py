@@ -16,7 +16,7 @@ from mmt_drake.arms.consistency import nearest_consistent
 from mmt_drake.arms.forward import forward
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.laws import ARM_EFFECTS
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.problem import ArmProblem, Term, arm_problem
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Number
 from mmt_drake.arms.shared_fit import SharedFit
@@ -40,7 +40,7 @@ PARTLY = 0.2
 """... and what has names takes at least this part of it, where it is said to be so in part."""
 UNTOLD = 0.1
 """Where no more than this is nameless, but most of it could be one law or another, the answer is ambiguous."""
-NOISE_ALONE = 1.5
+NOISE_ALONE = 3.0
 """A model that leaves no more than so many times the noise of the torque, in RMS, has nothing missing that shows."""
 
 
@@ -60,7 +60,7 @@ def diagnose_arm(
     begun = time.perf_counter()
     if not logs:
         raise BadInput("recordings", found="none", expected="one or more logs of joints")
-    arm = Arm.of(model)
+    arm = ArmPlant.of(model)
     check_places(arm, model)
     on_stage("motion and regressor")
     problem = arm_problem(arm, model, logs)
@@ -178,7 +178,7 @@ def _whole_budget(joints: Sequence[JointReport]) -> tuple[Part, ...]:
 
 
 def _effects(
-    arm: Arm,
+    arm: ArmPlant,
     model: ArmModel,
     found: Believed,
     tried: Sequence[Believed],
@@ -204,7 +204,7 @@ def _effects(
 
 
 def _effect(
-    arm: Arm, term: Term, x: Array, half: Array, depth: str | None, share: float, instead: tuple[str, ...]
+    arm: ArmPlant, term: Term, x: Array, half: Array, depth: str | None, share: float, instead: tuple[str, ...]
 ) -> ArmEffectFound:
     law = ARM_EFFECTS[term.effect]
     values = law.values(x, term.shape)
@@ -222,7 +222,7 @@ def _effect(
     return ArmEffectFound(law.name, law.family, law.block, term.where, depth, numbers, share, instead)
 
 
-def _merged(arm: Arm, model: ArmModel, fit: SharedFit, x: Array) -> list[JointEffect]:
+def _merged(arm: ArmPlant, model: ArmModel, fit: SharedFit, x: Array) -> list[JointEffect]:
     """The model's effects with what was found of them on top, and those that are new."""
     found = [*fit.numbers_held, *(pair for j in fit.sets for pair in fit.numbers_of(j))]
     fresh = {term.key: (term, x[at]) for term, at in found}
@@ -238,7 +238,7 @@ def _merged(arm: Arm, model: ArmModel, fit: SharedFit, x: Array) -> list[JointEf
     return [*merged, *(_written(arm, term, step) for term, step in fresh.values())]
 
 
-def _written(arm: Arm, term: Term, x: Array) -> JointEffect:
+def _written(arm: ArmPlant, term: Term, x: Array) -> JointEffect:
     values = ARM_EFFECTS[term.effect].values(x, term.shape)
     return JointEffect(
         term.effect, term.where, {s: arm.joints[int(str(v))] if s == "joint" else float(v) for s, v in values.items()}

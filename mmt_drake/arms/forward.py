@@ -15,13 +15,15 @@ from mmt_drake.arms.believed import prepared
 from mmt_drake.arms.deliver import arm_diagram, set_links
 from mmt_drake.arms.joint_effects import UNFELT
 from mmt_drake.arms.joint_log import JointLog
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.numeric.arrays import Array
 
 WINDOW_S = 0.2
 """Length of a window: an arm in open loop leaves its way soon, whatever the model."""
 _MOST = 12
 _ACCURACY = 1e-3
+_MOST_STEPS = 3000
+"""Integration steps of a window; a plant that asks for more is so stiff that nobody would simulate it so."""
 _IN_THE_LOG = tuple(name for name in UNFELT if name in ("torque_gain", "time_delay", "joint_coupling"))
 
 
@@ -49,7 +51,7 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
         log: what was recorded.
         spans: times within which windows may lie [s]; the first one of each, `_MOST` of them at most, evenly chosen.
     """
-    arm = Arm.of(model)
+    arm = ArmPlant.of(model)
     in_log = replace(model, effects=tuple(e for e in model.effects if e.name in _IN_THE_LOG))
     one = prepared(arm, in_log, log)
     motion = one.motion
@@ -71,7 +73,7 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
 
 
 def _simulated(
-    diagram: Any, plant: Any, model: ArmModel, arm: Arm, time: Array, q: Array, v: Array, torque: Array
+    diagram: Any, plant: Any, model: ArmModel, arm: ArmPlant, time: Array, q: Array, v: Array, torque: Array
 ) -> Array:
     """Positions (n, joints) at the times (n,) of a window; infinite where the integration fails."""
     context = diagram.CreateDefaultContext()
@@ -90,6 +92,8 @@ def _simulated(
         for i, now in enumerate(time):
             port.FixValue(context, course.value(now).ravel())
             simulator.AdvanceTo(float(now))
+            if simulator.get_integrator().get_num_steps_taken() > _MOST_STEPS:
+                return np.full_like(found, np.inf)
             found[i] = plant.GetPositions(inside)[arm.position_index]
     except RuntimeError:  # an arm that no step is short enough for
         return found

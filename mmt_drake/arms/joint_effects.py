@@ -9,7 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, ContinuousState
 
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.law_torque import instant
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.systems.leaf import LeafSystem
 
 REST = 2e-3
@@ -43,7 +43,7 @@ class JointEffects(LeafSystem):
         model: whose effects act.
     """
 
-    def __init__(self, arm: Arm, model: ArmModel) -> None:
+    def __init__(self, arm: ArmPlant, model: ArmModel) -> None:
         super().__init__()
         self._positions, self._of = arm.plant.num_positions(), arm.velocity_index
         self._velocities = arm.plant.num_velocities()

@@ -22,7 +22,7 @@ _OF_ONE_AXIS = ("revolute", "prismatic")
 
 
 @dataclass(frozen=True)
-class Arm:
+class ArmPlant:
     """A plant, and which of its joints were recorded.
 
     Attributes:
@@ -36,7 +36,7 @@ class Arm:
     links: tuple[str, ...]
 
     @classmethod
-    def of(cls, model: ArmModel, time_step: float = 0.0, finalize: bool = True) -> Arm:
+    def of(cls, model: ArmModel, time_step: float = 0.0, finalize: bool = True) -> ArmPlant:
         """The arm of a model; its effects and changed links are not in the plant.
 
         Args:

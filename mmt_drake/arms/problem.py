@@ -15,7 +15,7 @@ from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, OF_THE_LINKS, VISCOUS, Shape
 from mmt_drake.arms.motion import ArmMotion
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 
@@ -124,7 +124,7 @@ class ArmProblem:
         moving: joints that move.
     """
 
-    arm: Arm
+    arm: ArmPlant
     nominal: Array
     rows: tuple[JointRows, ...]
     starts: Array
@@ -161,7 +161,7 @@ class ArmProblem:
         return np.array(scales)
 
 
-def arm_problem(arm: Arm, model: ArmModel, logs: Sequence[JointLog]) -> ArmProblem:
+def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> ArmProblem:
     """The problem of explaining logs.
 
     Args:
@@ -196,7 +196,9 @@ def _edges(motion: ArmMotion) -> Array:
     return np.linspace(kept[0], kept[-1], count + 1)
 
 
-def _joint_rows(arm: Arm, model: ArmModel, numbers: Array, every: Sequence[Prepared], j: int, moves: bool) -> JointRows:
+def _joint_rows(
+    arm: ArmPlant, model: ArmModel, numbers: Array, every: Sequence[Prepared], j: int, moves: bool
+) -> JointRows:
     motions = [one.joint(j) for one in every]
     ripples = _ripples(every, j) if moves else ()
     fastest = max(motions, key=lambda motion: motion.fastest)
@@ -224,7 +226,7 @@ def _joint_rows(arm: Arm, model: ArmModel, numbers: Array, every: Sequence[Prepa
 
 
 def _terms(
-    arm: Arm, model: ArmModel, motion: JointMotion, j: int, moves: bool
+    arm: ArmPlant, model: ArmModel, motion: JointMotion, j: int, moves: bool
 ) -> tuple[tuple[Term, ...], dict[tuple[str, str], Array]]:
     """The terms of a joint, those that the regressor has columns for last; and numbers that the model has of some."""
     names = (*DRY, *VISCOUS, *BESIDE) if moves else ("constant_force",)

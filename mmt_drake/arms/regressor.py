@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.numeric.arrays import Array
 
 _TEN = 10
@@ -33,7 +33,7 @@ class Regressor:
     tilted: Array
 
 
-def regressor(arm: Arm, q: Array, v: Array, a: Array) -> Regressor:
+def regressor(arm: ArmPlant, q: Array, v: Array, a: Array) -> Regressor:
     """The regressor of a motion.
 
     Args:

@@ -19,7 +19,7 @@ GAIN = 0.03
 """... and if it takes at least this part of the mean squared error that is left."""
 RARE = frozenset(("torque_gain", "joint_coupling", "torque_ripple", "ground_spring", "quadratic_drag"))
 """Effects that few joints have. They draw a little of anything; one is taken only if it leaves ..."""
-_RARE_GAIN = 0.2
+_RARE_GAIN = 0.35
 """... less by at least this part than what every joint has: friction, an offset, a rotor."""
 MOST = 5
 """Steps of a search; the first one chooses dry and viscous friction together."""

@@ -10,7 +10,7 @@ from mmt_drake.arms.arm_file import ArmModel, load_arm_model, save_arm_model
 from mmt_drake.arms.believed import predicted
 from mmt_drake.arms.deliver import write_urdf
 from mmt_drake.arms.joint_log import JointLog
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.report import write_arm_report
 from mmt_drake.arms.result import ArmDiagnosis, as_json
 from mmt_drake.diagnosis.tell.provenance import Provenance
@@ -41,7 +41,7 @@ def write_arm_diagnosis(
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     found = save_arm_model(diagnosis.model, folder / MODEL_FILE)
-    arm = Arm.of(model)
+    arm = ArmPlant.of(model)
     files = [found]
     if model.robot.suffix == ".urdf":
         files.append(write_urdf(diagnosis.model, folder / ROBOT))

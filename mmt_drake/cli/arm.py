@@ -21,7 +21,7 @@ def diagnose_arms(arguments: argparse.Namespace) -> int:
     from mmt_drake.arms.arm_file import load_arm_model
     from mmt_drake.arms.diagnosis import diagnose_arm
     from mmt_drake.arms.joint_log import load_joint_log
-    from mmt_drake.arms.plant import Arm
+    from mmt_drake.arms.plant import ArmPlant
     from mmt_drake.arms.result import as_json
     from mmt_drake.arms.written import MODEL_FILE, write_arm_diagnosis
     from mmt_drake.diagnosis.search.watch import Stage
@@ -31,7 +31,7 @@ def diagnose_arms(arguments: argparse.Namespace) -> int:
         if getattr(arguments, name, None):
             raise BadInput(f"--{name}", found="a model of an arm", expected="a contact, a body or a transmission")
     model = load_arm_model(arguments.model)
-    arm = Arm.of(model)
+    arm = ArmPlant.of(model)
     logs = [load_joint_log(file, model, arm.joints) for file in arguments.recordings]
     with working("diagnosis", arguments.time_budget) as show:
         diagnosis = diagnose_arm(logs, model, on_stage=lambda what: show(Stage(what)))
@@ -57,7 +57,7 @@ def simulate_arm(arguments: argparse.Namespace) -> int:
     from mmt_drake.arms.arm_file import load_arm_model
     from mmt_drake.arms.believed import predicted
     from mmt_drake.arms.joint_log import load_joint_log
-    from mmt_drake.arms.plant import Arm
+    from mmt_drake.arms.plant import ArmPlant
     from mmt_drake.recording.atomic import replacing
 
     if arguments.windows is not None:
@@ -66,7 +66,7 @@ def simulate_arm(arguments: argparse.Namespace) -> int:
     if out.suffix not in (".npz", ".csv"):
         raise BadInput(out, found=f"the ending {out.suffix!r}", expected=".npz or .csv for the torques of an arm")
     model = load_arm_model(arguments.model)
-    arm = Arm.of(model)
+    arm = ArmPlant.of(model)
     one = predicted(arm, model, load_joint_log(arguments.operator, model, arm.joints))
     with replacing(out) as partial:
         if out.suffix == ".npz":

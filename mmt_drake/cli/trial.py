@@ -5,6 +5,7 @@ examples:
   mmt-drake trial --seed 7 --per-effect 8 --out out/trial
   mmt-drake trial --plant foreign --remainder 0.2
   mmt-drake trial --effects my_effect.py
+  mmt-drake trial --arms --per-effect 2 --jobs 2
   mmt-drake trial --real recordings --only emps --only carter_pendulum --time-budget 60
 
 Cases are made by an engine of their own, their truths sealed: the hash is printed before the first diagnosis, the
@@ -53,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of the cases that are drawn (default 0)")
     parser.add_argument("--per-effect", type=count, default=4, metavar="K", help="cases of each effect (default 4)")
     text = "conceal single effects above a remainder without a name: R of the RMS that they leave after a refit"
-    parser.add_argument("--remainder", type=share, default=0.0, metavar="R", help=text)
+    parser.add_argument("--remainder", type=share, metavar="R", help=text)
     text = (
         "what simulates the cases: own (default), one axis at a time; foreign, both axes at once, friction a vector, "
     )
@@ -64,6 +65,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text += "vibrating table, driven bodies and materials"
     parser.add_argument("--plant", choices=("own", "foreign"), default="own", help=text)
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
+    text = "conceal effects of robot arms, simulated by MuJoCo (default remainder then 0.2)"
+    parser.add_argument("--arms", action="store_true", help=text)
     add_repeated(parser, "--only", "NAME", "of --real: this data set")
     parser.add_argument("--out", default="out/trial", metavar="DIR", help="folder for all of it (default out/trial)")
     text = f"of each case; default: as long as it takes, with --real {TIME_BUDGET_S:g} for each data set"
@@ -100,6 +103,13 @@ def _study(arguments: argparse.Namespace) -> Study:
     from mmt_drake.diagrams.proof.trial.real.run import real_study
     from mmt_drake.diagrams.proof.trial.run import sealed_study
 
+    if arguments.arms:
+        from mmt_drake.diagrams.proof.trial.arms.run import arm_study
+
+        if arguments.real is not None or arguments.plant != "own" or arguments.effects:
+            raise BadInput("--arms", found="--real, --plant or --effects beside it", expected="--arms alone")
+        return arm_study(arguments.per_effect, 0.2 if arguments.remainder is None else arguments.remainder)
+    remainder = 0.0 if arguments.remainder is None else arguments.remainder
     if arguments.real is not None:
         if arguments.plant != "own":
             raise BadInput("--plant", found=arguments.plant, expected="no --real beside it: those are recordings")
@@ -111,7 +121,7 @@ def _study(arguments: argparse.Namespace) -> Study:
     own = tuple(str(Path(file).resolve()) for file in arguments.effects)
     case = partial(diagnose_case, time_budget=arguments.time_budget or math.inf, effects=own)
     workers = partial(_processes, arguments.jobs, arguments.cluster)
-    return sealed_study(arguments.per_effect, arguments.remainder, arguments.plant, case, workers)
+    return sealed_study(arguments.per_effect, remainder, arguments.plant, case, workers)
 
 
 def diagnose_case(folder: Path, time_budget: float = math.inf, effects: Sequence[str] = ()) -> Mapping[str, Any]:

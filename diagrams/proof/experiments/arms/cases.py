@@ -11,7 +11,7 @@ from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.believed import predicted
 from mmt_drake.arms.diagnosis import diagnose_arm
 from mmt_drake.arms.joint_log import JointLog, load_joint_log
-from mmt_drake.arms.plant import Arm
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.diagrams.proof.experiments.arms import plants
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.public import FOLDER, public_recordings
@@ -162,7 +162,7 @@ def logs_of(case: ArmCase, names: tuple[str, ...], model: ArmModel) -> list[Join
     folder = public_recordings() / case.folder
     if not folder.is_dir():
         raise BadInput(folder, found="no such folder", expected=f"the public recordings, which {FOLDER} names")
-    arm = Arm.of(model)
+    arm = ArmPlant.of(model)
     return [load_joint_log(folder / f"{name}.npz", model, arm.joints) for name in names]
 
 
@@ -176,7 +176,7 @@ def run_case(case: ArmCase) -> ArmResult:
         begun = time.perf_counter()
     diagnosis = diagnose_arm(logs_of(case, case.fitted, model), model)
     seconds = time.perf_counter() - begun
-    arm = Arm.of(model)
+    arm = ArmPlant.of(model)
     if case.tested:
         (other,) = logs_of(case, (case.tested,), model)
         handed_in, found = (predicted(arm, m, other).nrmse for m in (model, diagnosis.model))

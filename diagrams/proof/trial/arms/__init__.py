@@ -1,0 +1,1 @@
+"""Concealed effects of arms that another engine simulates: `trial --arms`."""
