@@ -57,7 +57,7 @@ class Prepared:
             return law.columns(self.joint(j), shape)
         if law.place == "link":
             k = arm.links.index(where)
-            return self.asked.inertial[:, j, 10 * k : 10 * k + 4]
+            return self.asked.inertial[:, j, 10 * k : 10 * k + 10]
         return np.einsum("npk,p->nk", self.asked.tilted[:, j], nominal.ravel())
 
 

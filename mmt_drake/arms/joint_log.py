@@ -8,11 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
+from zipfile import BadZipFile
 
 import numpy as np
 
 from mmt_drake.arms.arm_file import ArmModel
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, one_line
 from mmt_drake.numeric.arrays import Array
 
 TIMES: Final = ("time", "t_s", "timestamp", "t")
@@ -126,8 +127,8 @@ def _npz(path: Path) -> dict[str, Array]:
             return {
                 name: np.asarray(data[name], dtype=np.float64) for name in data.files if data[name].dtype.kind in "fiu"
             }
-    except (OSError, ValueError) as error:
-        raise BadInput(path, found=f"{error}", expected="arrays saved by numpy") from error
+    except (OSError, ValueError, BadZipFile) as error:
+        raise BadInput(path, found=one_line(error), expected="arrays saved by numpy") from error
 
 
 def _csv(path: Path) -> dict[str, Array]:

@@ -145,6 +145,12 @@ def _one(symbol: str) -> tuple[Callable[[Array, Shape], Numbers], Callable[[Numb
     return lambda x, form: {symbol: float(x[0])}, lambda values: (np.array([float(values[symbol])]), ())
 
 
+def _point(m: float, c: Sequence[float]) -> Array:
+    """The ten inertial numbers of a point mass."""
+    x, y, z = c
+    return m * np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
+
+
 def _own(
     name: str,
     symbol: str,
@@ -316,11 +322,11 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
                 "m": float(x[0]),
                 **{f"c{axis}": float(x[1 + i] / x[0]) if x[0] else 0.0 for i, axis in enumerate("xyz")},
             },
-            coefficients=lambda v: (float(v["m"]) * np.array([1.0, *(float(v[f"c{axis}"]) for axis in "xyz")]), ()),
-            equation="a point mass m at c of a link's frame",
+            coefficients=lambda v: (_point(float(v["m"]), [float(v[f"c{axis}"]) for axis in "xyz"]), ()),
+            equation="a mass m with its centre at c of a link's frame; fitted with an inertia of its own",
             source=_GAUTIER,
-            least=(0.0, -math.inf, -math.inf, -math.inf),
-            check=lambda x: bool(np.abs(x[1:]).max() <= _FARTHEST * x[0]),
+            least=(0.0, *[-math.inf] * 9),
+            check=lambda x: bool(np.abs(x[1:4]).max() <= _FARTHEST * x[0]),
             near_equal={"inertial numbers of that link": "always: the file's may have been wrong"},
         ),
         ArmEffect(

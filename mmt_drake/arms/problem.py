@@ -239,7 +239,7 @@ def _terms(
             width = len(ARM_EFFECTS[name].least)
             terms.append(Term(name, where, shape, tuple(range(at, at + width))))
             at += width
-    terms += [Term("payload", link, (), tuple(range(10 * k, 10 * k + 4))) for k, link in enumerate(arm.links)]
+    terms += [Term("payload", link, (), tuple(range(10 * k, 10 * k + 10))) for k, link in enumerate(arm.links)]
     return tuple(terms), {key: x for key, (x, _) in known.items()}
 
 

@@ -21,6 +21,9 @@ RARE = frozenset(("torque_gain", "joint_coupling", "torque_ripple", "ground_spri
 """Effects that few joints have. They draw a little of anything; one is taken only if it leaves ..."""
 _RARE_GAIN = 0.35
 """... less by at least this part than what every joint has: friction, an offset, a rotor."""
+_RIPPLE = "torque_ripple"
+_SECOND = 0.3
+"""A second period that takes more than this part of what the first one took is one of many."""
 MOST = 5
 """Steps of a search; the first one chooses dry and viscous friction together."""
 _STEP = 0.99
@@ -104,7 +107,19 @@ class JointSearch:
             without: effects that are not tried.
         """
         plain, every = self._stepwise(without | RARE), self._stepwise(without)
+        if self._is_texture(every):
+            every = self._stepwise(without | {_RIPPLE})
         return every if earns(plain.fit, every.fit, _RARE_GAIN) else plain
+
+    def _is_texture(self, found: JointSet) -> bool:
+        """Whether what comes back over the way does so with many periods: then it is no ripple, which has one."""
+        ripple = found.term(_RIPPLE)
+        if ripple is None:
+            return False
+        none = self.fit([t for t in found.terms if t is not ripple]).fit.cost
+        further = [t for t in self._terms if t.effect == _RIPPLE and t is not ripple]
+        two = min((self.fit([*found.terms, t]).fit.cost for t in further), default=found.fit.cost)
+        return found.fit.cost - two > _SECOND * (none - found.fit.cost)
 
     def _stepwise(self, without: frozenset[str]) -> JointSet:
         """The set that stepwise addition and removal end with."""
