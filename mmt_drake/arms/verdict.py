@@ -22,6 +22,8 @@ _DEPTHS: Final[tuple[Depth, ...]] = ("block", "family", "law")
 LEAVES: Final[dict[Depth, float]] = {"law": 2.0, "family": 1.25, "block": 1.25}
 """What explains a joint without a name is ruled out if it leaves so many times as much, in variance, of blocks that
 were not fitted, and not by chance. Without a law another of its family draws most of what it draws."""
+WHOLE_NAMES = ("torque_ripple",)
+"""Laws that are named as such or not at all: part of any shape over the way has the period of one."""
 _SPLIT_AT_MOST = 6
 """Parts of a joint's error that are told apart; what is left of more is told together."""
 
@@ -80,6 +82,8 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
                 rivals[at] = tuple(sorted(rival.names - own.names))
                 break
             depth = at
+        if depth != "law" and term.effect in WHOLE_NAMES:
+            depth = None
         told.append(Certainty(term, depth, rivals, leaves))
     return told
 
