@@ -1,7 +1,8 @@
 """The return of a rendered body to where friction holds it, by the policy that holds for parameters too.
 
 Once friction holds the body, better parameters do not bring it to where it was; that is reported beside them
-(`mmt_drake.model.held_body`). In every tick it moves a share s of the way there. The force on the probe is linear in s.
+(`mmt_drake.model.held_body`). In every tick it moves a share s of the way there. The force on the probe is linear in s,
+unless laws act in the contact; then s is shortened until the force changes by no more than it may.
 The energy in store is convex in s, so that a share R / dE of the way adds no more than a reserve R where the whole way
 adds dE.
 """
@@ -14,8 +15,9 @@ from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import BODY, force_on_probe
 from mmt_drake.model.held_body import astray, lead
+from mmt_drake.model.parameters import LAWS
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.rendering.updates import CHANGE, RESERVE, SHARE, share_within
+from mmt_drake.rendering.updates import CHANGE, RESERVE, ROUNDING, SHARE, SHORTER, TRIES, share_within
 
 
 @njit(cache=True)
@@ -49,16 +51,48 @@ def bring(
             share = share_within(stored_energy(state, p) - before, max(reserve, 0.0))
         if math.isfinite(rule[CHANGE]):
             force_on_probe(state, p, force)
-            change = abs(force[i] - felt)
-            share = min(share, share_within(change, max(rule[CHANGE] - spent, 0.0)))
-            spent += share * change
+            share = min(share, share_within(abs(force[i] - felt), max(rule[CHANGE] - spent, 0.0)))
         if share < 1.0:
             state[at + POSITION], state[at + ANCHOR] = position, anchor
             lead(state, i, held, share)
+        force_on_probe(state, p, force)
+        if math.isfinite(rule[CHANGE]) and p[LAWS] != 0.0:
+            _lead_within(state, p, i, held, share, rule[CHANGE] - spent, (position, anchor, felt), force)
+        spent += abs(force[i] - felt)
         if rule[RESERVE] > 0.0:
             reserve = min(reserve - (stored_energy(state, p) - before), rule[RESERVE])
-        force_on_probe(state, p, force)
     return reserve
+
+
+@njit(cache=True)
+def _lead_within(
+    state: Array,
+    p: Array,
+    i: int,
+    held: Array,
+    share: float,
+    most: float,
+    was: tuple[float, float, float],
+    force: Array,
+) -> None:
+    """Bring a body that was led along axis i back to where the force, which laws may bend, has changed by `most` [N].
+
+    Args:
+        state, p, held, force: as of `bring`; the force is that after this share.
+        i: the axis.
+        share: of the way, that was gone.
+        most: [N]; none below 0.
+        was: the body's position and anchor [m] and the force along the axis [N] before.
+    """
+    at, tries = BODY + AXIS_SIZE * i, 0
+    position, anchor, felt = was
+    while abs(force[i] - felt) > max(most, 0.0) * ROUNDING and share > 0.0:
+        tries += 1
+        share = 0.0 if tries == TRIES else share * SHORTER * max(most, 0.0) / abs(force[i] - felt)
+        state[at + POSITION], state[at + ANCHOR] = position, anchor
+        if share > 0.0:
+            lead(state, i, held, share)
+        force_on_probe(state, p, force)
 
 
 @njit(cache=True)

@@ -8,7 +8,8 @@ the latest set. In every tick p moves a share s of the way to p*, and a policy s
 - blended: s = 1 - exp(-T / tau).
 - as energy permits: s = min(1, R / dE) where dE > 0, R being energy that the model has burnt and the hand was not given
   back; dE grows linearly with s too. Dampers and friction hold no energy and wait for none. Both are rate-limited, too.
-  Laws (`mmt_drake.rendering.laws`) wait as springs do, whatever they hold.
+  Laws (`mmt_drake.rendering.laws`) wait as springs do, whatever they hold. With them dF is no line in s: s is shortened
+  until the force has changed by no more than r T.
 
 Every p on the way is stable: that m, b1 + b2 and k1 + k2 are positive holds between two sets for which it holds. The
 first set is approached from the same body without a contact, whose force is zero.
@@ -38,11 +39,11 @@ from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import force_on_probe
 from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, LAWS, MAX_STEP, NORMAL_B, NORMAL_K, VD, InPlane, M
 from mmt_drake.model.plane_call import planar
-from mmt_drake.numeric.arrays import Array, assign
+from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
 from mmt_drake.rendering.laws import add_laws, laws_apart, move_laws, soften_laws
-from mmt_drake.told_laws import step_with_laws
+from mmt_drake.told_laws import VECTOR_SIZE, step_with_laws
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,8 @@ _HOLDING_ENERGY = (M, K1, K2, NORMAL_K)
 _BURNING_ENERGY = (B1, B2, NORMAL_B, FS, FD, VD)
 _NUMBERS = _HOLDING_ENERGY + _BURNING_ENERGY
 _ALIKE = 1e-6  # of each number
+# Where the force is not linear in the share, a share that would change it too much is tried again, shorter.
+TRIES, SHORTER, ROUNDING = 20, 0.9, 1.0 + 1e-9
 
 
 # A rule, a policy in the form that the compiled step takes: a vector, since a named tuple costs it a microsecond.
@@ -263,16 +266,47 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
     if math.isfinite(rule[CHANGE]):
         share = share_within(_change(state, p, target, paid, force), rule[CHANGE])
     left = reserve - share * paid * added
+    if p[LAWS] == 0.0 or not math.isfinite(rule[CHANGE]):
+        _move(p, target, share, paid)
+    else:
+        share = _move_within(state, p, target, share, paid, rule[CHANGE], force)
+    if p[LAWS] != 0.0 and rule[RESERVE] > 0.0:
+        # Between two sets of its numbers the energy of a law need not grow linearly.
+        left = reserve - (stored_energy(state, p) - before)
+    p[MAX_STEP] = min(rule[LONGEST_STEP], step_with_laws(p))
+    return share * paid, min(left, rule[RESERVE])
+
+
+@njit(cache=True)
+def _move(p: Array, target: Array, share: float, paid: float) -> None:
+    """Move p a share of the way to the target, and what holds energy no more than is paid of that."""
     for i in _HOLDING_ENERGY:
         p[i] = target[i] if share * paid == 1.0 else p[i] + share * paid * (target[i] - p[i])
     for i in _BURNING_ENERGY:
         p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
     if p[LAWS] != 0.0:
         move_laws(p, target, share * paid)
-        if rule[RESERVE] > 0.0:  # between two sets of its numbers the energy of a law need not grow linearly
-            left = reserve - (stored_energy(state, p) - before)
-    p[MAX_STEP] = min(rule[LONGEST_STEP], step_with_laws(p))
-    return share * paid, min(left, rule[RESERVE])
+
+
+@njit(cache=True)
+def _move_within(state: Array, p: Array, target: Array, share: float, paid: float, most: float, force: Array) -> float:
+    """`_move` with laws, which may bend within the way: no farther than to where the force has changed by `most` [N].
+
+    Returns:
+        The share that was gone.
+    """
+    force_on_probe(state, p, force)
+    x, y, z, was = force[0], force[1], force[2], fixed_tuple(p, VECTOR_SIZE)
+    for _ in range(TRIES):
+        _move(p, target, share, paid)
+        force_on_probe(state, p, force)
+        change = math.sqrt((force[0] - x) ** 2 + (force[1] - y) ** 2 + (force[2] - z) ** 2)
+        if change <= most * ROUNDING:
+            return share
+        for i in range(VECTOR_SIZE):
+            p[i] = was[i]
+        share *= SHORTER * most / change
+    return 0.0
 
 
 @njit(cache=True)

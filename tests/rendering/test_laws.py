@@ -7,7 +7,7 @@ from test_updates import STEP, moving, wandering
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.body import AXIS_SIZE
 from mmt_drake.model.body import MEMORY as OF_BODY
-from mmt_drake.model.held_body import NO_REPORT
+from mmt_drake.model.held_body import HELD_SIZE, NO_REPORT
 from mmt_drake.model.law_table import ENTRY, HEAD, MEMORY, SHARE, VALUES
 from mmt_drake.model.parameters import KERNEL_SIZE, LAWS, BoxParameters, FlexibleBoxModel
 from mmt_drake.model_files import with_effects
@@ -33,19 +33,27 @@ def told(number, *effects):
     return told_by(ModelMessage(UNKNOWN_THETA, effects=tuple(ToldEffect(*effect) for effect in effects), number=number))
 
 
+def pushed(n, along=0.01):
+    """(n, 6) pressed in, moved along y within 0.2 s [m], and held there."""
+    hold = np.tile([0.0, along, -0.004, 0.0, 0.0, 0.0], (n, 1))
+    hold[:200, 1], hold[:200, 4] = np.linspace(0.0, along, 200), along / 199 / STEP
+    return hold
+
+
 class Felt:
     """(n, ...) of every tick: force, status, jump, stored energy; `laws`: of each tick what is told."""
 
-    def __init__(self, policy, motion, laws, theta=None, contact=None, plane=None, world=1.0):
+    def __init__(self, policy, motion, laws, theta=None, contact=None, plane=None, world=1.0, held=None):
         n = len(motion)
         theta = np.broadcast_to(BOX.theta() if theta is None else theta, (n, 10))
         contact = (motion[:, 2] < 0.0).astype(float) if contact is None else contact
+        held = np.broadcast_to(NO_REPORT, (n, HELD_SIZE)) if held is None else held
         out, memory = np.zeros((n, sum(READOUT_SIZES))), np.zeros(MEMORY_SIZE)
         fixed = rule(policy, STEP, STEP * (1 + 1e-9))
         for k in range(n):
             where = NO_PLANE if plane is None else plane[k]
             seen = motion[k].copy(), motion[k].copy(), theta[k].copy()
-            given = (*seen, 1.0, contact[k], fixed, False, NO_REPORT, where, world, np.inf)
+            given = (*seen, 1.0, contact[k], fixed, False, held[k].copy(), where, world, np.inf)
             render_on(memory, k * STEP, *given, laws if isinstance(laws, np.ndarray) else laws[k], out[k])
             memory = out[k, AT:].copy()
         self.position, self.memory = motion[:, :3], memory
@@ -81,17 +89,38 @@ def test_a_message_without_laws_changes_no_bit():
 
 
 def test_rate_limited_laws_enter_change_and_leave_no_faster_and_arrive():
-    hold = np.tile([0.0, 0.01, -0.004, 0.0, 0.0, 0.0], (3000, 1))
-    hold[:200, 1], hold[:200, 4] = np.linspace(0.0, 0.01, 200), 0.01 / 199 / STEP
     stages = [told(1), told(2, CUBIC), told(3, ("nonlinear_stiffness", {"k3": 1e6})), told(4, WALL), told(5)]
     laws = [stages[min(k // 600, 4)] for k in range(3000)]
     stiff = FlexibleBoxModel(BoxParameters(m=1.0, k1=3000.0, b1=50.0)).theta()
-    found = Felt(RateLimited(rate=20.0), hold, laws, stiff)
+    found = Felt(RateLimited(rate=20.0), pushed(3000), laws, stiff)
     assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-9)
     ends = [found.force[600 * (i + 1) - 1, 1] for i in range(5)]
     assert ends[1] < ends[2] - 0.1 and ends[2] < ends[0] - 0.1  # it pushes back harder with more of it
     assert ends[4] == pytest.approx(ends[0], abs=1e-6)
     assert found.status[601] == APPROACHING and np.all(found.status[[1199, 1799, 2399, 2999]] == RENDERING)
+
+
+@pytest.mark.parametrize("policy", [RateLimited(20.0), EnergyPermitting(rate=20.0)], ids=["rate", "energy"])
+def test_a_law_that_gets_other_numbers_while_it_enters_changes_the_force_no_faster(policy):
+    # Its share grows and its number falls: what they make together first grows, and then falls.
+    stages = [NO_LAWS, told(1, CUBIC), told(2, ("nonlinear_stiffness", {"k3": 2e5}))]
+    laws = [stages[(k >= 1500) + (k >= 1510)] for k in range(3000)]
+    firm = FlexibleBoxModel(BoxParameters(m=1.0, k1=3000.0, k2=300.0, b1=50.0)).theta()
+    found = Felt(policy, pushed(3000), laws, firm)
+    assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-8)
+    assert found.force[1509, 1] < found.force[1499, 1] - 0.1 and found.status[2999] == RENDERING
+    assert found.force[2999, 1] == pytest.approx(Felt(AtOnce(), pushed(3000), stages[2], firm).force[2999, 1], abs=1e-6)
+    assert isinstance(policy, RateLimited) or found.balance().min() > -1e-5
+
+
+@pytest.mark.parametrize("policy", [RateLimited(20.0), EnergyPermitting(rate=20.0)], ids=["rate", "energy"])
+def test_a_body_that_is_brought_back_under_a_law_that_bends_changes_the_force_no_faster(policy):
+    sticky = FlexibleBoxModel(BoxParameters(m=1.0, k1=0.0, k2=100.0, b1=20.0, Fc=50.0)).theta()
+    motion, held = pushed(3000), np.zeros((3000, HELD_SIZE))
+    held[1500:, 3], held[1500:, 5] = 0.01, 1.5  # all of the way along y, from where the cubic spring is steepest
+    found = Felt(policy, motion, told(1, CUBIC), sticky, held=held)
+    assert found.force[1499, 1] < -3.0 and abs(found.force[-1, 1]) < 0.05
+    assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-8)
 
 
 @pytest.mark.parametrize("seed", range(4))
