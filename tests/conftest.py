@@ -55,6 +55,7 @@ ALONE = (
 """Files of tests by the wall clock, which others beside them would disturb."""
 STUDIES = (
     "notebooks/",
+    "arms/test_arm_effects_recovered",
     *("cli/test_bench.py", "cli/test_diagnose_cluster", "cli/test_diagnose_delivers", "cli/test_experiment"),
     *("cli/test_next_motion", "diagnosis/test_on_surface", "diagnosis/test_station_diagnosis"),
     "diagnosis/test_transmission_diagnosis",

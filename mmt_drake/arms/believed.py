@@ -19,7 +19,7 @@ from mmt_drake.numeric.arrays import Array, Flags
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedLog:
     """A log, ready to be held against models.
 
     Attributes:
@@ -102,7 +102,7 @@ def coefficients(arm: ArmPlant, effect: JointEffect) -> tuple[Array, Shape]:
     return ARM_EFFECTS[effect.name].coefficients(numbers)
 
 
-def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> Prepared:
+def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:
     """A log, held against a model.
 
     Args:
@@ -114,7 +114,7 @@ def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> Prepared:
     asked = regressor(arm, motion.q, motion.v, motion.a)
     numbers = inertias(arm, model)
     rigid = asked.inertial @ numbers.ravel()
-    bare = Prepared(log, motion, asked, rigid, rigid)
+    bare = PreparedLog(log, motion, asked, rigid, rigid)
     believed = rigid.copy()
     for effect in model.effects:
         x, shape = coefficients(arm, effect)
@@ -122,7 +122,7 @@ def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> Prepared:
             columns = bare.columns(arm, effect.name, effect.where, shape, j, numbers)
             if columns is not None:
                 believed[:, j] += columns @ x
-    return Prepared(log, motion, asked, rigid, believed)
+    return PreparedLog(log, motion, asked, rigid, believed)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Num
 from mmt_drake.arms.shared_fit import SharedFit
 from mmt_drake.arms.verdict import (
     Certainty,
-    Part,
+    MismatchPart,
     arm_certainty,
     certainty,
     forbidden,
@@ -167,7 +167,7 @@ def _joint(
     )
 
 
-def _whole_budget(joints: Sequence[JointReport]) -> tuple[Part, ...]:
+def _whole_budget(joints: Sequence[JointReport]) -> tuple[MismatchPart, ...]:
     """The mean of the joints' budgets, each weighed by its nominal error over its spread, squared."""
     shares: dict[str, float] = {}
     moving = [joint for joint in joints if joint.budget]
@@ -177,7 +177,7 @@ def _whole_budget(joints: Sequence[JointReport]) -> tuple[Part, ...]:
             shares[part.name] = shares.get(part.name, 0.0) + part.share * joint.nominal**2 / total
     last = ("shared", "nameless", "noise")
     names = sorted(shares, key=lambda name: (name in last and last.index(name) + 1, -shares[name]))
-    return tuple(Part(name, shares[name]) for name in names)
+    return tuple(MismatchPart(name, shares[name]) for name in names)
 
 
 def _effects(
@@ -189,7 +189,7 @@ def _effects(
     x: Array,
     half: Array,
     joints: Sequence[JointReport],
-    budget: Sequence[Part],
+    budget: Sequence[MismatchPart],
 ) -> tuple[ArmEffectFound, ...]:
     known = {(e.name, e.where) for e in model.effects}
     effects = []
@@ -271,7 +271,7 @@ def _parameters(
 
 
 def _verdict(
-    found: Believed, joints: Sequence[JointReport], effects: Sequence[ArmEffectFound], budget: Sequence[Part]
+    found: Believed, joints: Sequence[JointReport], effects: Sequence[ArmEffectFound], budget: Sequence[MismatchPart]
 ) -> str:
     shares = {part.name: part.share for part in budget}
     moving = [joint for joint in joints if joint.budget]

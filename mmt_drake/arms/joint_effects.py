@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, ContinuousState
 
-from mmt_drake.arms.arm_file import ArmModel
+from mmt_drake.arms.arm_file import ArmModel, JointEffect
 from mmt_drake.arms.law_torque import instant
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.systems.leaf import LeafSystem
@@ -55,6 +55,8 @@ class JointEffects(LeafSystem):
         self.declare_inputs(state=self._positions + self._velocities, torque=len(arm.joints))
         if self._remembering:
             self.DeclareContinuousState(len(self._remembering))
+        for _, effect in self._laws:  # compiled before the clock starts
+            instant(effect.name, _numbers(effect), 0.0, 0.0, 0.0, 0.0, REST)
         self.DeclareVectorOutputPort("force", BasicVector(self._velocities), self._force)
 
     def _resisting(self, context: Context, number: int, load: float) -> tuple[float, float]:
@@ -65,8 +67,7 @@ class JointEffects(LeafSystem):
         z = 0.0
         if number in self._remembering:
             z = float(context.get_continuous_state_vector()[self._remembering.index(number)])
-        numbers = {symbol: float(value) for symbol, value in effect.parameters.items()}
-        return instant(effect.name, numbers, q, v, load, z, REST)
+        return instant(effect.name, _numbers(effect), q, v, load, z, REST)
 
     def _force(self, context: Context, output: Any) -> None:
         force = np.zeros(self._velocities)
@@ -80,3 +81,7 @@ class JointEffects(LeafSystem):
         """Rates of the laws' memories."""
         rates = [self._resisting(context, number, 0.0)[1] for number in self._remembering]
         derivatives.get_mutable_vector().SetFromVector(np.array(rates))
+
+
+def _numbers(effect: JointEffect) -> dict[str, float]:
+    return {symbol: float(value) for symbol, value in effect.parameters.items()}

@@ -185,7 +185,7 @@ def _own(
 
 
 _DRY, _VISCOUS = "dry friction", "viscous friction"
-_STIFF_START = (0.02, 0.05, 0.12, 0.3)
+_STIFF_START = (0.015, 0.03, 0.06, 0.12, 0.2, 0.35)
 _GAUTIER: Final = "Gautier and Khalil 1990, IEEE Trans. Robotics and Automation 6(3)"
 _SICILIANO: Final = "Siciliano, Sciavicco, Villani and Oriolo 2009, Robotics, chapter 7"
 
@@ -236,7 +236,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             equation=LIBRARY["dahl_friction"].equation,
             source=LIBRARY["dahl_friction"].source,
             columns=_dahl_columns,
-            shapes=lambda motion: [(part * motion.reach,) for part in (0.003, 0.01, 0.03, 0.1)],
+            shapes=lambda motion: [(part * motion.reach,) for part in (0.003, 0.006, 0.012, 0.025, 0.05, 0.1)],
             least=(0.0,),
             holds=("coulomb_friction",),
             replaces=_DRY,

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import linalg, signal
 
 from mmt_drake.arms.arm_file import ArmModel
-from mmt_drake.arms.believed import Prepared, coefficients, inertias, prepared
+from mmt_drake.arms.believed import PreparedLog, coefficients, inertias, prepared
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, OF_THE_LINKS, VISCOUS, Shape
@@ -197,7 +197,7 @@ def _edges(motion: ArmMotion) -> Array:
 
 
 def _joint_rows(
-    arm: ArmPlant, model: ArmModel, numbers: Array, every: Sequence[Prepared], j: int, moves: bool
+    arm: ArmPlant, model: ArmModel, numbers: Array, every: Sequence[PreparedLog], j: int, moves: bool
 ) -> JointRows:
     motions = [one.joint(j) for one in every]
     ripples = _ripples(every, j) if moves else ()
@@ -243,7 +243,7 @@ def _terms(
     return tuple(terms), {key: x for key, (x, _) in known.items()}
 
 
-def _ripples(every: Sequence[Prepared], j: int) -> tuple[float, ...]:
+def _ripples(every: Sequence[PreparedLog], j: int) -> tuple[float, ...]:
     """Periods over the way at which the unexplained torque of a joint is strongest."""
     one = max(every, key=lambda each: len(each.motion.time))
     own = one.joint(j)

@@ -11,7 +11,7 @@ import numpy as np
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.forward import WINDOW_S, ForwardErrors
 from mmt_drake.arms.laws import ARM_EFFECTS
-from mmt_drake.arms.verdict import Part
+from mmt_drake.arms.verdict import MismatchPart
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class JointReport:
     refit: float
     augmented: float
     noise: float
-    budget: tuple[Part, ...]
+    budget: tuple[MismatchPart, ...]
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class ArmDiagnosis:
     effects: tuple[ArmEffectFound, ...]
     parameters: Mapping[str, Mapping[str, Number]]
     untold: Mapping[str, tuple[str, ...]]
-    budget: tuple[Part, ...]
+    budget: tuple[MismatchPart, ...]
     heldout_s: tuple[tuple[float, float, int], ...]
     model: ArmModel
     recordings: tuple[str, ...]

@@ -22,6 +22,8 @@ _DEPTHS: Final[tuple[Depth, ...]] = ("block", "family", "law")
 LEAVES: Final[dict[Depth, float]] = {"law": 2.0, "family": 1.25, "block": 1.25}
 """What explains a joint without a name is ruled out if it leaves so many times as much, in variance, of blocks that
 were not fitted, and not by chance. Without a law another of its family draws most of what it draws."""
+NEXT_TO_NOTHING = 0.003
+"""What takes less than this part of the mismatch of its joint has no name: shapes are sought on a grid."""
 WHOLE_NAMES = ("torque_ripple",)
 """Laws that are named as such or not at all: part of any shape over the way has the period of one."""
 _SPLIT_AT_MOST = 6
@@ -46,7 +48,7 @@ class Certainty:
 
 
 @dataclass(frozen=True)
-class Part:
+class MismatchPart:
     """One part of a mismatch.
 
     Attributes:
@@ -67,8 +69,10 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
         joint: its number.
     """
     own, search = found.sets[joint], joint_search(problem, found.fit.belief, joint)
-    spread = problem.rows[joint].spread(problem.inner)
-    told = []
+    row, told = problem.rows[joint], []
+    spread = row.spread(problem.inner)
+    _, _, energy, samples = row.sums
+    nominal = float(energy[problem.inner].sum() / max(samples[problem.inner].sum(), 1.0))
     for term in own.terms:
         law = ARM_EFFECTS[term.effect]
         depth: Depth | None = None
@@ -82,7 +86,8 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
                 rivals[at] = tuple(sorted(rival.names - own.names))
                 break
             depth = at
-        if depth != "law" and term.effect in WHOLE_NAMES:
+        gone = search.fit([t for t in own.terms if t is not term]).fit.cost
+        if gone - own.fit.cost < NEXT_TO_NOTHING * nominal or (depth != "law" and term.effect in WHOLE_NAMES):
             depth = None
         told.append(Certainty(term, depth, rivals, leaves))
     return told
@@ -177,7 +182,9 @@ def _simpler(problem: ArmProblem, joint: int, term: Term, x: Array, half: Array)
     return term
 
 
-def joint_budget(fit: SharedFit, joint: int, x: Array, told: Sequence[Certainty], noise: float) -> tuple[Part, ...]:
+def joint_budget(
+    fit: SharedFit, joint: int, x: Array, told: Sequence[Certainty], noise: float
+) -> tuple[MismatchPart, ...]:
     """Whose the mismatch of a joint is, over the outer blocks.
 
     Each part has the error that comes back without it, averaged over the orders in which parts can be taken away.
@@ -211,8 +218,12 @@ def joint_budget(fit: SharedFit, joint: int, x: Array, told: Sequence[Certainty]
     total = sum(shares.values())
     shares = {name: (share / total * explained / nominal if total else 0.0) for name, share in shares.items()}
     floor = min(noise, whole, nominal) / nominal
-    found = [Part(name, share) for name, share in shares.items()]
-    return (*found, Part("nameless", max(1.0 - sum(shares.values()) - floor, 0.0)), Part("noise", floor))
+    found = [MismatchPart(name, share) for name, share in shares.items()]
+    return (
+        *found,
+        MismatchPart("nameless", max(1.0 - sum(shares.values()) - floor, 0.0)),
+        MismatchPart("noise", floor),
+    )
 
 
 def _coalitions(

@@ -13,6 +13,10 @@ from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import System
 
+from mmt_drake.arms.arm_file import ArmModel, JointEffect
+from mmt_drake.arms.chain import ChainJoint, chain
+from mmt_drake.arms.joint_effects import JointEffects
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.proxy import NO_CLOUD
 from mmt_drake.effects import LIBRARY
@@ -58,6 +62,23 @@ from mmt_drake.systems.surface_contact import SurfaceContactSystem
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 from mmt_drake.systems.yielding_hand import YieldingHand
 from mmt_drake.viewer.viewer import Viewer
+
+
+def joint_effects(folder: Path) -> System:
+    """Friction and a ripple on the joints of a small chain.
+
+    No bristles: the simulator integrates them, and its last step, which sets the next one, is in no context.
+    """
+    plant = chain([ChainJoint(axis=(0.0, 1.0, 0.0)), ChainJoint((0.3, 0.0, 0.0), axis=(0.0, 1.0, 0.0))])
+    plant.Finalize()
+    effects = (
+        JointEffect("coulomb_friction", "joint_1", {"Fc": 0.3}),
+        JointEffect("load_dependent_friction", "joint_1", {"mu": 0.1}),
+        JointEffect("torque_ripple", "joint_1", {"amplitude": 0.2, "period": 0.3, "phase": 0.1}),
+        JointEffect("viscous_friction", "joint_2", {"b": 0.2}),
+    )
+    arm = ArmPlant(plant, ("joint_1", "joint_2"), ("link_1", "link_2"))
+    return JointEffects(arm, ArmModel(robot=folder / "none.urdf", effects=effects))
 
 
 @dataclass(frozen=True)
@@ -255,5 +276,6 @@ CASES: dict[str, Case] = {
     "OutputErrorEstimator": Case(
         lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body", "model_status"})
     ),
+    "JointEffects": Case(joint_effects, any_size=frozenset({"state", "torque", "force"})),
     "LawLearner": Case(lambda folder: LawLearner(), still=frozenset({"model", "status"})),
 }

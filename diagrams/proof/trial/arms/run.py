@@ -176,8 +176,8 @@ def report_of(scores: Sequence[ArmScore], seal: str, seed: int, remainder: float
     sections = [Section("Figures", table=table), Section("By effect", table=effects_table)]
     lead = (
         "A Panda and a UR5 simulated by MuJoCo, tracking drawn motions for 30 s, logged at 125 to 500 Hz with an "
-        "uneven clock, noise and quantisation. One to three effects are concealed from the model handed in, beside what is "
-        "nameless; one arm in eight has nothing concealed."
+        "uneven clock, noise and quantisation. One to three effects are concealed from the model handed in, beside "
+        "what is nameless; one arm in eight has nothing concealed."
     )
     return Report(data, "Trial of arms", lead, "Arms", [table, effects_table], sentences, sections, ())
 
