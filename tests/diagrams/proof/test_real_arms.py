@@ -1,0 +1,35 @@
+"""Real arms: friction that is known to be there is named, and another log is predicted better than by simple fits."""
+
+from pathlib import Path
+
+import pytest
+
+from mmt_drake.diagrams.proof.experiments.arms.cases import CASES, ArmResult, run_case
+from mmt_drake.diagrams.proof.experiments.arms.report import WITHIN, report_of
+
+UR10E, _, LOADED = CASES[:3]
+
+
+@pytest.fixture(scope="module")
+def ur10e() -> ArmResult:
+    return run_case(UR10E)
+
+
+def test_dry_friction_is_named_on_all_joints_of_the_ur10e(recordings: Path, ur10e: ArmResult) -> None:
+    assert set(ur10e.dry) == set(ur10e.joints)
+    assert not any("not sure" in said for said in ur10e.dry.values())
+
+
+def test_another_log_of_the_ur10e_is_predicted_no_worse_than_by_simple_fits(recordings: Path, ur10e: ArmResult) -> None:
+    for found, simple in zip(ur10e.found, ur10e.simple, strict=True):
+        assert simple is not None and found <= WITHIN * simple
+
+
+def test_a_load_is_found_as_a_payload_within_what_the_gains_allow(recordings: Path) -> None:
+    assert run_case(LOADED).payload_kg == pytest.approx(2.805, rel=0.15)
+
+
+def test_the_report_tells_what_is_reached_and_what_is_missed(recordings: Path, ur10e: ArmResult) -> None:
+    report = report_of([ur10e])
+    assert report.data["cases"][0]["joints"] == ur10e.joints
+    assert [one.reached for one in report.reached] == [True, True]
