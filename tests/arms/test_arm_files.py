@@ -1,5 +1,7 @@
 """Model files and logs of arms: what is read is what was written, and what is wrong is told in one line."""
 
+import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -175,3 +177,27 @@ def test_options_that_say_nothing_of_an_arm_are_refused(robot: Path, capsys: pyt
     assert main(["simulate", "--model", model, "--operator", own, "--out", str(robot.parent / "o.mcap")]) == 2
     assert ".npz or .csv" in capsys.readouterr().err
     assert not (robot.parent / "o").exists()
+
+
+def test_the_commands_write_what_they_say_and_the_model_found_predicts_the_log(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, model = robot.parent, str(written(robot.parent))
+    moves, torque = small_arm.rigid(1, folder)
+    torque = torque + 2.0 * np.sign(moves.v) * [0.0, 1.0, 0.0]
+    np.savez(folder / "arm_log.npz", t_s=moves.time, q_rad=moves.q, tau_Nm=torque)
+    out, recorded = folder / "out", str(folder / "arm_log.npz")
+    assert main(["diagnose", recorded, "--model", model, "--out", str(out), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [(e["name"], e["joint"]) for e in told["effects"]] == [("coulomb_friction", "lift")]
+    assert {file.name for file in out.iterdir()} == {
+        "diagnosis.json",
+        "augmented_model.yaml",
+        "robot.urdf",
+        "report.html",
+    }
+    found = str(out / "augmented_model.yaml")
+    assert main(["simulate", "--model", found, "--operator", recorded, "--out", str(folder / "torque.csv")]) == 0
+    errors = [float(word) for word in re.findall(r"(?:turn|lift|bend) ([\d.e-]+)", capsys.readouterr().out)]
+    assert len(errors) == 3 and max(errors) < 0.03
+    assert np.loadtxt(folder / "torque.csv", delimiter=",", skiprows=1).shape[1] == 7
