@@ -11,10 +11,10 @@ import numpy as np
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from mmt_drake.arms.arm_file import ArmModel
+from mmt_drake.arms.arm_file import ArmModel, Held
 from mmt_drake.arms.believed import inertias
 from mmt_drake.arms.joint_effects import JointEffects
-from mmt_drake.arms.plant import ArmPlant
+from mmt_drake.arms.plant import ArmPlant, weld_held
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.atomic import replacing
@@ -82,7 +82,8 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
 
     `torque` (joints,) [N m] is what the drives give to the recorded joints, `state` the plant's: positions, velocities.
     Friction, springs, ripples, offsets and drag act as in the model; inertias of rotors are the plant's own; gains and
-    delays of the log, which no arm feels, do not. A point that hangs on a link is welded to it.
+    delays of the log, which no arm feels, do not. What is held, and payloads, are points welded to their links; gravity
+    is turned as the model says.
 
     Args:
         model: of an arm.
@@ -90,13 +91,16 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
     builder = DiagramBuilder()
     arm = ArmPlant.of(model, finalize=False)
     plant = builder.AddNamedSystem("plant", arm.plant)
-    actuators = []
+    weld_held(plant, _payloads(model), model.source, "payload")
+    gravity = plant.mutable_gravity_field()
     for effect in model.effects:
         if effect.name == "rotor_inertia":
             joint = plant.GetJointByName(effect.where)
             actuator = plant.AddJointActuator(f"rotor_{effect.where}", joint)
             actuator.set_default_rotor_inertia(float(effect.parameters["I"]))
-            actuators.append(actuator)
+        if effect.name == "gravity_offset":
+            turn = [float(effect.parameters["rx"]), float(effect.parameters["ry"]), 0.0]
+            gravity.set_gravity_vector(gravity.gravity_vector() + np.cross(turn, gravity.gravity_vector()))
     plant.Finalize()
     arm = ArmPlant(plant, arm.joints, arm.links)
     effects = builder.AddNamedSystem("effects", JointEffects(arm, model))
@@ -107,15 +111,27 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
     return builder.Build(), plant
 
 
+def _payloads(model: ArmModel) -> tuple[Held, ...]:
+    """Payloads among the effects of a model, as points."""
+    points = []
+    for effect in model.effects:
+        if effect.name == "payload":
+            m, x, y, z = (float(effect.parameters[symbol]) for symbol in ("m", "cx", "cy", "cz"))
+            points.append(Held(effect.where, m, (x, y, z)))
+    return tuple(points)
+
+
 def set_links(model: ArmModel, plant: Any, context: Any) -> None:
-    """Give the links of a plant the inertial numbers of its model; what hangs on them rigidly then has next to none.
+    """Give the links of a plant the inertial numbers of its model.
+
+    These hold what hangs on a link rigidly, and what is held, which have next to none then; payloads keep theirs.
 
     Args:
         model: of the arm.
         plant: of `arm_diagram`.
         context: the plant's own.
     """
-    arm = ArmPlant.of(replace(model, held=()))
+    arm = ArmPlant.of(model)
     inertias(arm, model)  # refuses links that are not there
     nothing = SpatialInertia(1e-9, np.zeros(3), UnitInertia.SolidSphere(1e-3))
     for name, numbers in model.links.items():

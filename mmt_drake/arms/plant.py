@@ -162,8 +162,14 @@ def _from_file(model: ArmModel, time_step: float) -> Any:
     return plant
 
 
-def weld_held(plant: Any, held: tuple[Held, ...], source: str) -> None:
+def weld_held(plant: Any, held: tuple[Held, ...], source: str, name: str = "held") -> None:
     """Weld what is held to its links, as points.
+
+    Args:
+        plant: not finalized.
+        held: what it is.
+        source: the model file, for messages.
+        name: of the bodies that are added, before their numbers.
 
     Raises:
         BadInput: there is no such link.
@@ -173,6 +179,8 @@ def weld_held(plant: Any, held: tuple[Held, ...], source: str) -> None:
             raise BadInput(source, at=f"held[{number}].link", found=one.link, expected="a link of the robot")
         body = plant.GetBodyByName(one.link)
         point = SpatialInertia(one.m, np.zeros(3), UnitInertia.SolidSphere(1e-3))
-        added = plant.AddRigidBody(f"held_{number}", body.model_instance(), point)
-        frame = plant.AddFrame(FixedOffsetFrame(f"held_{number}_on_{one.link}", body, RigidTransform(np.array(one.c))))
+        added = plant.AddRigidBody(f"{name}_{number}", body.model_instance(), point)
+        frame = plant.AddFrame(
+            FixedOffsetFrame(f"{name}_{number}_on_{one.link}", body, RigidTransform(np.array(one.c)))
+        )
         plant.WeldFrames(frame, added.body_frame())
