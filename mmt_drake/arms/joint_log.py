@@ -13,7 +13,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from mmt_drake.arms.arm_file import ArmModel
-from mmt_drake.errors import BadInput, one_line
+from mmt_drake.errors import BadInput, one_line, readable
 from mmt_drake.numeric.arrays import Array
 
 TIMES: Final = ("time", "t_s", "timestamp", "t")
@@ -67,6 +67,8 @@ def load_joint_log(path: str | Path, model: ArmModel, joints: Sequence[str]) -> 
         raise BadInput(
             path, found="no such file", expected="a log of joints: .npz, .csv, .mcap, .bag, .db3 or a bag folder"
         )
+    if path.suffix in (".npz", ".csv") and path.is_dir():
+        raise BadInput(path, found="a folder", expected=f"a {path.suffix} file")
     if path.suffix == ".npz":
         arrays = _npz(path)
     elif path.suffix == ".csv":
@@ -149,10 +151,13 @@ def _csv(path: Path) -> dict[str, Array]:
             raise BadInput(path, at=f"row {number}", found=f"{len(row)} values", expected=f"{len(header)}")
     found: dict[str, dict[int, Array]] = {}
     for index, name in enumerate(header):
-        try:
-            values = np.array([float(row[index]) for row in lines])
-        except ValueError:
+        cells = [row[index] for row in lines]
+        if not cells or not _is_number(cells[0]):
             continue  # text beside the numbers
+        bad = next((row for row, cell in enumerate(cells) if not _is_number(cell)), None)
+        if bad is not None:
+            raise BadInput(path, at=f"row {bad + 2}, column {name}", found=repr(cells[bad]), expected="a number")
+        values = np.array([float(cell) for cell in cells])
         match = _INDEXED.match(name)
         stem, number = (match[1], int(match[2])) if match and match[1] else (name, -1)
         found.setdefault(stem, {})[number] = values
@@ -162,25 +167,39 @@ def _csv(path: Path) -> dict[str, Array]:
     }
 
 
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
 def _joint_states(path: Path, joints: Sequence[str]) -> dict[str, Array]:
     """Positions and efforts of the first topic of `sensor_msgs/JointState` that names these joints."""
-    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
     rows: list[tuple[float, Any]] = []
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            wanted = [c for c in reader.connections if c.msgtype.endswith("msg/JointState")]
-            for connection, _, raw in reader.messages(connections=wanted):
-                message: Any = reader.deserialize(raw, connection.msgtype)
-                if set(joints) <= set(message.name):
-                    stamp = message.header.stamp
-                    order = [message.name.index(name) for name in joints]
-                    rows.append((stamp.sec + 1e-9 * stamp.nanosec, (message, order)))
-    except (AnyReaderError, OSError, ValueError) as error:
-        raise BadInput(path, found=str(error), expected="a bag with sensor_msgs/JointState") from error
+    types, topic = get_typestore(Stores.ROS2_HUMBLE), ""
+    with (
+        readable(path, "a bag", "a bag with sensor_msgs/JointState", PermissionError),
+        AnyReader([path], default_typestore=types) as reader,
+    ):
+        wanted = [c for c in reader.connections if c.msgtype.endswith("msg/JointState")]
+        for connection, _, raw in reader.messages(connections=wanted):
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            if set(joints) <= set(message.name) and topic in ("", connection.topic):
+                topic, stamp = connection.topic, message.header.stamp
+                order = [message.name.index(name) for name in joints]
+                rows.append((stamp.sec + 1e-9 * stamp.nanosec, (message, order)))
     if not rows:
         raise BadInput(path, found="no JointState with these joints", expected=", ".join(joints))
+    for time, (message, _) in rows:
+        for name in ("position", "effort"):
+            if len(getattr(message, name)) != len(message.name):
+                found = f"{len(getattr(message, name))} numbers"
+                raise BadInput(path, at=f"{name} at {time:.6f} s", found=found, expected=f"{len(message.name)}")
     rows.sort(key=lambda row: row[0])
     return {
         "time": np.array([time for time, _ in rows]),
