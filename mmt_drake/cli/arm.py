@@ -27,9 +27,10 @@ def diagnose_arms(arguments: argparse.Namespace) -> int:
     from mmt_drake.diagnosis.search.watch import Stage
     from mmt_drake.diagnosis.tell.provenance import Provenance
 
-    for name in _NOT_FOR_ARMS:
-        if getattr(arguments, name, None):
-            raise BadInput(f"--{name}", found="a model of an arm", expected="a contact, a body or a transmission")
+    _refuse_others(arguments)
+    out = Path(arguments.out)
+    if out.exists() and not out.is_dir():
+        raise BadInput(out, found="a file", expected="a folder, or a name for one")
     model = load_arm_model(arguments.model)
     arm = ArmPlant.of(model)
     logs = [load_joint_log(file, model, arm.joints) for file in arguments.recordings]
@@ -50,7 +51,7 @@ def simulate_arm(arguments: argparse.Namespace) -> int:
     """Write the torque that a model of an arm predicts for a log's motion, and say how far it is off.
 
     Raises:
-        BadInput: a file that is none, or OUT is neither .npz nor .csv.
+        BadInput: options that say nothing of an arm; a file that is none; OUT is neither .npz nor .csv.
     """
     import numpy as np
 
@@ -60,6 +61,7 @@ def simulate_arm(arguments: argparse.Namespace) -> int:
     from mmt_drake.arms.plant import ArmPlant
     from mmt_drake.recording.atomic import replacing
 
+    _refuse_others(arguments)
     if arguments.windows is not None:
         raise BadInput("--windows", found="a model of an arm", expected="--operator, a log of its joints")
     out = Path(arguments.out)
@@ -79,3 +81,10 @@ def simulate_arm(arguments: argparse.Namespace) -> int:
     errors = ", ".join(f"{name} {error:.4g}" for name, error in zip(arm.joints, one.nrmse, strict=True))
     say(f"{out}: {len(one.time)} samples below {model.band_hz:g} Hz; nrmse of the torque while it moves: {errors}")
     return 0
+
+
+def _refuse_others(arguments: argparse.Namespace) -> None:
+    """Refuse options that only other models have."""
+    for name in _NOT_FOR_ARMS:
+        if getattr(arguments, name, None):
+            raise BadInput(f"--{name}", found="a model of an arm", expected="a contact, a body or a transmission")
