@@ -204,3 +204,22 @@ def test_what_a_model_has_already_is_not_named_again_and_its_number_is_mended(tm
     assert not small_arm.named(found)
     (kept,) = found.model.effects
     assert kept.parameters["Fc"] == pytest.approx(2.0, rel=0.01)
+
+
+@pytest.mark.parametrize("joint", range(3))
+def test_a_gain_of_one_joint_s_torque_is_no_matter_of_the_links(joint: int, tmp_path: Path) -> None:
+    """Scaled links explain that joint as well as the gain does, and then the other joints no more."""
+    moves, rigid = small_arm.rigid(7, tmp_path)
+    torque = rigid * np.where(np.arange(3) == joint, 1.2, 1.0)
+    found = diagnosed(tmp_path, torque, moves, 7)
+    assert small_arm.named(found) == {("torque_gain", JOINTS[joint])}
+    assert small_arm.values(found, "torque_gain", JOINTS[joint])["gain"] == pytest.approx(0.2, rel=0.02)
+
+
+def test_gains_of_all_joints_are_called_in_question_and_what_is_not_told_is_listed(tmp_path: Path) -> None:
+    """The same gain on every joint is links that are heavier; of the first one only what turns about its axis shows."""
+    moves, rigid = small_arm.rigid(8, tmp_path)
+    found = diagnosed(tmp_path, 1.2 * rigid, moves, 8)
+    assert found.believed == "refit" and found.verdict == "parameters" and not small_arm.named(found)
+    assert any("a gain of every torque, look alike" in note for note in found.notes)
+    assert {"m", "mcz", "Ixx", "Iyy"} <= set(found.untold["post"])
