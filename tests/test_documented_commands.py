@@ -24,7 +24,6 @@ NOT_RUN = {
     r" --seconds (30|50|3600)\b": "takes half a minute or more",
     r"^view\b": "shows a page until nobody looks; tests/cli/test_view.py runs it",
     r"\bmy\.py:": "on the page's own file, with which tests/diagrams/test_own_parts.py runs it",
-    r"\barm\.yaml|\bout/arm/": "on a robot's file and its log, which need not be there; tests/arms/ runs it",
     r" (10mm1Hz0A|ContPalpRAL18T1)\.npz ": "on public recordings, which need not be there",
 }
 """What is only checked to be a command, and why."""
