@@ -21,7 +21,7 @@ from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.over import parsed, written
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
-from mmt_drake.typed_yaml import fill, known_keys, parse, read_text
+from mmt_drake.typed_yaml import fill, known_keys, mapping, parse, read_text
 
 Model = FlexibleBoxModel | KelvinVoigt | SurfaceContact | DrivenBodyModel | TransmissionModel
 Modelled = TypeVar("Modelled", bound=Structure)
@@ -53,12 +53,12 @@ def parse_model(data: object, source: str = "model") -> Model:
     Raises:
         BadInput: as `load_model`.
     """
-    data = _mapping(data, source, "the model")
+    data = mapping(data, source, "the model")
     structure = data.get("structure")
     if not isinstance(structure, str) or structure not in _STRUCTURES:
         raise BadInput(source, at="structure", found=repr(structure), expected=" or ".join(_STRUCTURES))
     known_keys(data, ("structure", "parameters", "units", "over", "effects", *_STRUCTURES[structure]), source, "")
-    parameters = _mapping(data.get("parameters", {}), source, "parameters")
+    parameters = mapping(data.get("parameters", {}), source, "parameters")
     model: Model
     if structure == "flexible_box":
         model = _flexible_box(data, parameters, source)
@@ -71,9 +71,9 @@ def parse_model(data: object, source: str = "model") -> Model:
     else:
         model = fill(KelvinVoigt, parameters, source, "parameters")
     if data.get("units") is not None:
-        model = replace(model, units=fill(Units, _mapping(data["units"], source, "units"), source, "units"))
+        model = replace(model, units=fill(Units, mapping(data["units"], source, "units"), source, "units"))
     if data.get("over") is not None:
-        curves = parsed(_mapping(data["over"], source, "over"), model, source)
+        curves = parsed(mapping(data["over"], source, "over"), model, source)
         try:
             model = replace(model, over=curves).with_numbers({})
         except BadInput as error:
@@ -194,7 +194,7 @@ def _flexible_box(data: Mapping[str, Any], parameters: Mapping[str, Any], source
     if "m" not in parameters or "k2" not in parameters:
         raise BadInput(source, at="parameters", found=sorted(parameters), expected="m and k2 at least")
     # What is absent is 0; the defaults of the classes are set-up 1's.
-    normal = _mapping(data.get("normal") or {}, source, "normal")
+    normal = mapping(data.get("normal") or {}, source, "normal")
     in_plane = data.get("friction")
     if in_plane not in (None, *get_args(InPlane)):
         raise BadInput(source, at="friction", found=repr(in_plane), expected=" or ".join(get_args(InPlane)))
@@ -208,10 +208,10 @@ def _flexible_box(data: Mapping[str, Any], parameters: Mapping[str, Any], source
 def _driven_body(data: Mapping[str, Any], parameters: Mapping[str, Any], source: str) -> DrivenBodyModel:
     body = _begun(_needing(DrivenBodyModel, "m", parameters, source), data, source)
     if data.get("controller") is not None:
-        body = _controlled(body, _mapping(data["controller"], source, "controller"), source)
+        body = _controlled(body, mapping(data["controller"], source, "controller"), source)
     if data.get("gravity") is None:
         return body
-    gravity = _mapping(data["gravity"], source, "gravity")
+    gravity = mapping(data["gravity"], source, "gravity")
     if set(gravity) != {"kind", "value"}:
         raise BadInput(source, at="gravity", found=sorted(gravity), expected="kind and value")
     return replace(body, gravity=fill(Gravity, gravity, source, "gravity"))
@@ -241,7 +241,7 @@ def _controlled(body: DrivenBodyModel, data: Mapping[str, Any], source: str) -> 
     if kind not in get_args(ControllerKind):
         expected = " or ".join(get_args(ControllerKind))
         raise BadInput(source, at="controller.kind", found=repr(kind), expected=expected)
-    gains = _mapping(data.get("gains"), source, "controller.gains")
+    gains = mapping(data.get("gains"), source, "controller.gains")
     wanted = {f"k{part}" for part in kind}
     if set(gains) != wanted:
         found, expected = ", ".join(gains) or "none", f"{', '.join(sorted(wanted))} of a {kind}"
@@ -281,7 +281,7 @@ def _window(value: object, source: str) -> float:
 
 
 def _named(entry: object, i: int, source: str) -> tuple[Effect, Mapping[str, Any]]:
-    entry = _mapping(entry, source, f"effects[{i}]")
+    entry = mapping(entry, source, f"effects[{i}]")
     known_keys(entry, ("name", "parameters", "file"), source, f"effects[{i}]")
     name, file = entry.get("name"), entry.get("file")
     if file is not None and not isinstance(file, str):
@@ -290,7 +290,7 @@ def _named(entry: object, i: int, source: str) -> tuple[Effect, Mapping[str, Any
         # A model file does not run code: the person does, by --effects.
         known = f"one of {', '.join(LIBRARY)}" if file is None else f"--effects {file}, where the model has it from"
         raise BadInput(source, at=f"effects[{i}].name", found=repr(name), expected=known)
-    return LIBRARY[name], _mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
+    return LIBRARY[name], mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
 
 
 def _origin(name: str) -> dict[str, str]:
@@ -302,12 +302,6 @@ def _go_together(one: Effect, other: Effect) -> bool:
     """True if one adds to the number that the other builds on before it replaces that."""
     adding, taking = (one, other) if one.adds_to else (other, one)
     return adding.adds_to is not None and taking.replaces is not None and adding.adds_to in taking.builds_on
-
-
-def _mapping(data: object, source: str, at: str) -> Mapping[str, Any]:
-    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
-        raise BadInput(source, at=at, found=type(data).__name__, expected="a mapping of names to values")
-    return data
 
 
 def _plain(data: Any) -> Any:

@@ -311,6 +311,17 @@ def _sequence(origin: Any, arguments: tuple[Any, ...], data: object, source: str
     return origin(_convert(k, v, source, f"{at}[{i}]") for i, (k, v) in enumerate(zip(kinds, data, strict=True)))
 
 
+def mapping(data: object, source: str, at: str) -> Mapping[str, Any]:
+    """A mapping of names to values.
+
+    Raises:
+        BadInput: it is something else.
+    """
+    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        raise BadInput(source, at=at, found=type(data).__name__, expected="a mapping of names to values")
+    return data
+
+
 def known_keys(data: Mapping[Any, Any], allowed: typing.Sequence[str], source: str, at: str) -> None:
     """Refuse keys that are not allowed, with the nearest one that is.
 

@@ -37,12 +37,16 @@ class Picture:
         return base64.b64encode(self.png).decode("ascii")
 
 
+Tone = Literal["good", "fair", "bad", "open", "neutral"]
+"""How a banner is to be taken."""
+
+
 @dataclass(frozen=True)
 class Banner:
     """A coloured strip below the title: a word or two, and how they are to be taken."""
 
     text: str
-    tone: Literal["good", "fair", "bad", "open", "neutral"]
+    tone: Tone
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.structure import STRUCTURE
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.atomic import replacing
-from mmt_drake.typed_yaml import known_keys, parse, read_text
+from mmt_drake.typed_yaml import known_keys, mapping, parse, read_text
 
 INERTIA = ("m", "mcx", "mcy", "mcz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 """The ten inertial numbers of a link, about its own frame: mass [kg], first moment [kg m], inertia [kg m^2]."""
@@ -101,7 +101,7 @@ def load_arm_model(path: str | Path) -> ArmModel:
         BadInput: no such file, no YAML, an unknown key, joint count or effect, a value of the wrong kind.
     """
     source = str(path)
-    data = _mapping(parse(read_text(path, "a model file (YAML)"), source), source, "the model")
+    data = mapping(parse(read_text(path, "a model file (YAML)"), source), source, "the model")
     known_keys(data, _KEYS, source, "")
     if data.get("structure") != STRUCTURE:
         raise BadInput(source, at="structure", found=repr(data.get("structure")), expected=STRUCTURE)
@@ -115,7 +115,7 @@ def load_arm_model(path: str | Path) -> ArmModel:
     robot = Path(path).parent / file
     if not robot.is_file():
         raise BadInput(source, at="robot" if "robot" in data else "plant", found=f"{robot}, no file", expected="a file")
-    torque = _mapping(data.get("torque") or {}, source, "torque")
+    torque = mapping(data.get("torque") or {}, source, "torque")
     known_keys(torque, ("column", "factor"), source, "torque")
     joints = tuple(map(str, _list(data.get("joints") or [], source, "joints")))
     factor = torque.get("factor", [])
@@ -136,7 +136,7 @@ def load_arm_model(path: str | Path) -> ArmModel:
         band_hz=_number(data.get("band_hz", 8.0), source, "band_hz", least=0.1),
         links={
             str(name): _link(v, source, f"links.{name}")
-            for name, v in _mapping(data.get("links") or {}, source, "links").items()
+            for name, v in mapping(data.get("links") or {}, source, "links").items()
         },
         effects=tuple(
             _effect(e, source, f"effects[{i}]")
@@ -179,12 +179,6 @@ def save_arm_model(model: ArmModel, path: str | Path) -> Path:
     return Path(path)
 
 
-def _mapping(value: object, source: str, at: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise BadInput(source, at=at, found=type(value).__name__, expected="a mapping")
-    return value
-
-
 def _list(value: object, source: str, at: str) -> list[Any]:
     if not isinstance(value, list):
         raise BadInput(source, at=at, found=type(value).__name__, expected="a list")
@@ -210,21 +204,21 @@ def _three(value: object, source: str, at: str) -> tuple[float, float, float]:
 
 
 def _held(value: object, source: str, at: str) -> Held:
-    data = _mapping(value, source, at)
+    data = mapping(value, source, at)
     known_keys(data, ("link", "m", "c"), source, at)
     mass = _number(data.get("m"), source, f"{at}.m", least=0.0)
     return Held(str(data.get("link")), mass, _three(data.get("c", [0.0, 0.0, 0.0]), source, f"{at}.c"))
 
 
 def _link(value: object, source: str, at: str) -> tuple[float, ...]:
-    data = _mapping(value, source, at)
+    data = mapping(value, source, at)
     if set(data) != set(INERTIA):
         raise BadInput(source, at=at, found=", ".join(map(str, data)) or "nothing", expected=", ".join(INERTIA))
     return tuple(_number(data[symbol], source, f"{at}.{symbol}") for symbol in INERTIA)
 
 
 def _effect(value: object, source: str, at: str) -> JointEffect:
-    data = _mapping(value, source, at)
+    data = mapping(value, source, at)
     name = data.get("name")
     if name not in ARM_EFFECTS:
         raise BadInput(source, at=f"{at}.name", found=repr(name), expected=f"one of {', '.join(ARM_EFFECTS)}")
@@ -233,7 +227,7 @@ def _effect(value: object, source: str, at: str) -> JointEffect:
     known_keys(data, ("name", *place, "parameters"), source, at)
     if place and not isinstance(data.get(law.place), str):
         raise BadInput(source, at=f"{at}.{law.place}", found=repr(data.get(law.place)), expected=f"a {law.place}")
-    parameters = _mapping(data.get("parameters") or {}, source, f"{at}.parameters")
+    parameters = mapping(data.get("parameters") or {}, source, f"{at}.parameters")
     if set(parameters) != set(law.symbols):
         found = ", ".join(map(str, parameters)) or "none"
         raise BadInput(source, at=f"{at}.parameters", found=found, expected=", ".join(law.symbols))

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mmt_drake.arms.arm_effect import Shape
 from mmt_drake.arms.arm_file import ArmModel, JointEffect
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.joint_motion import JointMotion
-from mmt_drake.arms.laws import ARM_EFFECTS, Shape
+from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.regressor import Regressor, regressor
@@ -43,8 +44,7 @@ class PreparedLog:
             j: its number.
             ripples: periods that are to be tried [rad].
         """
-        motion = self.motion
-        jerk = np.gradient(motion.torque[:, j], motion.step)
+        motion, jerk = self.motion, self.motion.jerk[:, j]
         q, v, a = motion.q[:, j], motion.v[:, j], motion.a[:, j]
         return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk, ripples)
 

@@ -22,7 +22,6 @@ from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Num
 from mmt_drake.arms.shared_fit import SharedFit
 from mmt_drake.arms.verdict import (
     Certainty,
-    MismatchPart,
     arm_certainty,
     certainty,
     forbidden,
@@ -31,6 +30,7 @@ from mmt_drake.arms.verdict import (
     without_idle_numbers,
 )
 from mmt_drake.arms.wording import summary
+from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 
@@ -68,28 +68,22 @@ def diagnose_arm(
     on_stage("motion and regressor")
     problem = arm_problem(arm, model, logs)
     found, tried = settled(problem, on_stage)
-    on_stage("how sure each name is")
     found = without_idle_numbers(found)
-    told = {j: certainty(problem, found, j) for j in found.sets}
-    x = found.fit.fitted(problem.inner)
     every = list(range(len(problem.starts)))
-    whole = found.fit.fitted(every)
-    half = found.fit.deviations(whole, every)
     on_stage("numbers that a real arm can have")
-    links, whole = _consistent(found.fit, whole, every)
+    links, whole = _consistent(found.fit, found.fit.fitted(every), every)
     while (idle := forbidden(found, whole)) is not None:  # beside links that a real arm can have
         found = without(found, *idle)
-        told = {j: certainty(problem, found, j) for j in found.sets}
-        x, whole = found.fit.fitted(problem.inner), found.fit.fitted(every)
-        half = found.fit.deviations(whole, every)
-        links, whole = _consistent(found.fit, whole, every)
+        links, whole = _consistent(found.fit, found.fit.fitted(every), every)
+    x, half = found.fit.fitted(problem.inner), found.fit.deviations(found.fit.fitted(every), every)
+    on_stage("how sure each name is")
+    told = {j: certainty(problem, found, j) for j in found.sets}
     refits = [b for b in tried if b.fit.belief.name == "refit"]
-    links_alone = min(refits, key=lambda b: b.cost).fit
-    links_alone = replace(links_alone, sets={})
-    floors = [_noise(log, model.band_hz) for log in logs]
-    noise = np.mean(floors, axis=0)
+    links_alone = replace(min(refits, key=lambda b: b.cost).fit, sets={})
+    refit = links_alone.errors(links_alone.fitted(problem.inner), problem.outer)
+    noise = np.mean([_noise(log, model.band_hz) for log in logs], axis=0)
     joints = tuple(
-        _joint(problem, found.fit, links_alone, x, j, told.get(j, []), float(noise[j])) for j in range(len(arm.joints))
+        _joint(found.fit, x, j, told.get(j, []), float(refit[j]), float(noise[j])) for j in range(len(arm.joints))
     )
     budget = _whole_budget(joints)
     effects = _effects(arm, model, found, tried, told, whole, half, joints, budget)
@@ -149,35 +143,32 @@ def _consistent(fit: SharedFit, x: Array, blocks: Sequence[int]) -> tuple[dict[s
     return dict(zip(fit.problem.links, (tuple(map(float, row)) for row in numbers), strict=True)), moved
 
 
-def _joint(
-    problem: ArmProblem, fit: SharedFit, links: SharedFit, x: Array, j: int, told: Sequence[Certainty], noise: float
-) -> JointReport:
-    row, outer = problem.rows[j], problem.outer
-    spread = row.spread(outer)
-    name, moves = problem.arm.joints[j], j in problem.moving
-    if not spread > 0.0 or not moves:
-        return JointReport(name, moves, spread, 0.0, 0.0, 0.0, 0.0, ())
-    nominal = np.sqrt(fit.errors(np.zeros_like(x), outer)[j]) / spread
-    refit = np.sqrt(links.errors(links.fitted(problem.inner), outer)[j]) / spread
-    augmented = np.sqrt(fit.errors(x, outer)[j]) / spread
-    floor = min(float(np.sqrt(noise)) / spread, float(augmented))
-    budget = joint_budget(fit, j, x, told, noise)
-    return JointReport(
-        name, moves, spread, float(nominal), min(float(refit), float(nominal)), float(augmented), floor, budget
+def _joint(fit: SharedFit, x: Array, j: int, told: Sequence[Certainty], refit: float, noise: float) -> JointReport:
+    """What is said of a joint; `refit` is the mean squared error with other links alone, of outer blocks."""
+    problem, outer = fit.problem, fit.problem.outer
+    spread, name = problem.rows[j].spread(outer), problem.arm.joints[j]
+    if not spread > 0.0 or j not in problem.moving:
+        return JointReport(name, j in problem.moving, spread, 0.0, 0.0, 0.0, 0.0, ())
+    nominal, links, augmented = (
+        float(np.sqrt(square)) / spread
+        for square in (fit.errors(np.zeros_like(x), outer)[j], refit, fit.errors(x, outer)[j])
     )
+    floor = min(float(np.sqrt(noise)) / spread, augmented)
+    budget = joint_budget(fit, j, x, told, noise)
+    return JointReport(name, True, spread, nominal, min(links, nominal), augmented, floor, budget)
 
 
-def _whole_budget(joints: Sequence[JointReport]) -> tuple[MismatchPart, ...]:
+def _whole_budget(joints: Sequence[JointReport]) -> tuple[BudgetPart, ...]:
     """The mean of the joints' budgets, each weighed by its nominal error over its spread, squared."""
     shares: dict[str, float] = {}
     moving = [joint for joint in joints if joint.budget]
     total = sum(joint.nominal**2 for joint in moving)
     for joint in moving:
         for part in joint.budget:
-            shares[part.name] = shares.get(part.name, 0.0) + part.share * joint.nominal**2 / total
-    last = ("shared", "nameless", "noise")
+            shares[part.part] = shares.get(part.part, 0.0) + part.share * joint.nominal**2 / total
+    last = (SHARED, NAMELESS, NOISE)
     names = sorted(shares, key=lambda name: (name in last and last.index(name) + 1, -shares[name]))
-    return tuple(MismatchPart(name, shares[name]) for name in names)
+    return tuple(BudgetPart(name, shares[name]) for name in names)
 
 
 def _effects(
@@ -189,18 +180,18 @@ def _effects(
     x: Array,
     half: Array,
     joints: Sequence[JointReport],
-    budget: Sequence[MismatchPart],
+    budget: Sequence[BudgetPart],
 ) -> tuple[ArmEffectFound, ...]:
     known = {(e.name, e.where) for e in model.effects}
     effects = []
     for term, at in found.fit.numbers_held:
-        share = next((part.share for part in budget if part.name == term.effect), 0.0)
+        share = next((part.share for part in budget if part.part == term.effect), 0.0)
         effects.append(_effect(arm, term, x[at], half[at], arm_certainty(found, tried), share, ()))
     for j, certainties in told.items():
         for (term, at), sure in zip(found.fit.numbers_of(j), certainties, strict=True):
             if term.key in known:
                 continue  # a value of the model that is another: it is told with the parameters
-            share = next((part.share for part in joints[j].budget if part.name == term.effect), 0.0)
+            share = next((part.share for part in joints[j].budget if part.part == term.effect), 0.0)
             instead = next(iter(sure.rivals.values()), ())
             effects.append(_effect(arm, term, x[at], half[at], sure.depth, share, instead))
     return tuple(sorted(effects, key=lambda e: e.certain is None))
@@ -271,16 +262,16 @@ def _parameters(
 
 
 def _verdict(
-    found: Believed, joints: Sequence[JointReport], effects: Sequence[ArmEffectFound], budget: Sequence[MismatchPart]
+    found: Believed, joints: Sequence[JointReport], effects: Sequence[ArmEffectFound], budget: Sequence[BudgetPart]
 ) -> str:
-    shares = {part.name: part.share for part in budget}
+    shares = {part.part: part.share for part in budget}
     moving = [joint for joint in joints if joint.budget]
-    named = sum(share for name, share in shares.items() if name not in ("parameters", "shared", "nameless", "noise"))
+    named = sum(share for name, share in shares.items() if name not in (PARAMETERS, SHARED, NAMELESS, NOISE))
     if all(joint.nominal <= NOISE_ALONE * max(joint.noise, 1e-9) for joint in moving):
         return "no_mismatch"
     if not effects and found.fit.belief.name == "none" and np.median([j.nominal for j in moving]) <= NEAR_ENOUGH:
         return "no_mismatch"
-    nameless, shared = shares.get("nameless", 0.0), shares.get("shared", 0.0)
+    nameless, shared = shares.get(NAMELESS, 0.0), shares.get(SHARED, 0.0)
     if shared > named and nameless <= UNTOLD:
         return "ambiguous"
     if any(effect.certain for effect in effects):
@@ -288,7 +279,7 @@ def _verdict(
             return "missing_physics"
         left = named + shared + nameless
         return "partly_explained" if named >= PARTLY or named >= 0.5 * left else "unexplained"
-    if found.fit.belief.name == "refit" and shares.get("parameters", 0.0) >= 1.0 - PARTLY:
+    if found.fit.belief.name == "refit" and shares.get(PARAMETERS, 0.0) >= 1.0 - PARTLY:
         return "parameters"
     return "unexplained"
 

@@ -13,8 +13,8 @@ from pydrake.trajectories import PiecewisePolynomial
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.believed import prepared
 from mmt_drake.arms.deliver import arm_diagram, set_links
-from mmt_drake.arms.joint_effects import UNFELT
 from mmt_drake.arms.joint_log import JointLog
+from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.numeric.arrays import Array
 
@@ -24,7 +24,8 @@ _MOST = 12
 _ACCURACY = 1e-3
 _MOST_STEPS = 3000
 """Integration steps of a window; a plant that asks for more is so stiff that nobody would simulate it so."""
-_IN_THE_LOG = tuple(name for name in UNFELT if name in ("torque_gain", "time_delay", "joint_coupling"))
+_IN_THE_LOG = ("torque_gain", "time_delay", "joint_coupling")
+"""Effects that are in the log alone: they are taken off its torque."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +53,11 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
         spans: times within which windows may lie [s]; the first one of each, `_MOST` of them at most, evenly chosen.
     """
     arm = ArmPlant.of(model)
-    in_log = replace(model, effects=tuple(e for e in model.effects if e.name in _IN_THE_LOG))
-    one = prepared(arm, in_log, log)
-    motion = one.motion
-    torque = motion.torque - motion.filtered(one.believed - one.rigid)
+    motion, in_log = ArmMotion.of(log, model.band_hz), [e for e in model.effects if e.name in _IN_THE_LOG]
+    torque = motion.torque
+    if in_log:
+        one = prepared(arm, replace(model, effects=tuple(in_log)), log)
+        torque = torque - motion.filtered(one.believed - one.rigid)
     usable = [start for start, end in spans if end - start >= WINDOW_S and end <= motion.time[-1]]
     chosen = usable[:: max(1, -(-len(usable) // _MOST))]
     diagram, plant = arm_diagram(model)

@@ -8,111 +8,21 @@ numbers that say how (`shapes`) are sought on a grid.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Final, Literal
+from collections.abc import Callable, Sequence
+from typing import Final
 
 import numpy as np
 
+from mmt_drake.arms.arm_effect import ArmEffect, Numbers, Shape, of_library, of_one_number
 from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.law_torque import along
 from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.arrays import Array
 
-Shape = tuple[float, ...]
-Numbers = Mapping[str, float | str]
 _NEIGHBOURS: Final = 2
 """Joints whose drives may be geared together are no farther apart in the chain."""
 _FARTHEST: Final = 1.0
 """A payload is no farther from the frame of its link than this [m]."""
-
-
-@dataclass(frozen=True)
-class ArmEffect:
-    """One effect of arms.
-
-    Attributes:
-        name: in model files and reports.
-        place: where it acts: a joint, a link, or the whole arm.
-        family, block: how deep its name may hold.
-        symbols: its numbers, in the order of files.
-        units: theirs, of a joint that turns.
-        columns: (motion of a joint, shape) -> (n, k), the torque that its drive has to give [N m] for each of the k
-            numbers being 1; None where the regressor of the links says it.
-        shapes: (motion of the joint) -> shapes that are tried.
-        values: (k numbers, shape) -> numbers by symbol.
-        coefficients: numbers by symbol -> (k numbers, shape).
-        least: that each of the k numbers may be.
-        check: whether k numbers that each may be go together.
-        holds: effects that are special or limiting cases of it.
-        replaces: the part of a joint that one law alone may have; empty: it stands beside others.
-        equation, source: for people.
-        equal_to: that no log can tell from it.
-        near_equal: effect -> where logs hardly tell it from this one.
-    """
-
-    name: str
-    place: Literal["joint", "link", "arm"]
-    family: str
-    block: str
-    symbols: tuple[str, ...]
-    units: tuple[str, ...]
-    values: Callable[[Array, Shape], Numbers]
-    coefficients: Callable[[Numbers], tuple[Array, Shape]]
-    equation: str
-    source: str
-    columns: Callable[[JointMotion, Shape], Array] | None = None
-    shapes: Callable[[JointMotion], Sequence[Shape]] = lambda motion: [()]
-    least: tuple[float, ...] = (-math.inf,)
-    check: Callable[[Array], bool] = lambda x: True
-    holds: tuple[str, ...] = ()
-    replaces: str = ""
-    equal_to: tuple[str, ...] = ()
-    near_equal: Mapping[str, str] = field(default_factory=dict)
-
-
-def _linear(
-    name: str,
-    symbols: tuple[str, ...],
-    units: tuple[str, ...],
-    parts: Callable[[Shape], Sequence[tuple[Mapping[str, float], Mapping[str, float]]]],
-    *,
-    shape: tuple[str, ...] = (),
-    shapes: Callable[[JointMotion], Sequence[Shape]] = lambda motion: [()],
-    least: float = 0.0,
-    check: Callable[[Array], bool] = lambda x: True,
-    holds: tuple[str, ...] = (),
-    replaces: str = "",
-    equal_to: tuple[str, ...] = (),
-    near_equal: Mapping[str, str] | None = None,
-) -> ArmEffect:
-    """An effect of the library on a joint, linear in its numbers but those of its shape."""
-    strong = tuple(s for s in symbols if s not in shape)
-
-    def columns(motion: JointMotion, form: Shape) -> Array:
-        return np.stack([along(name, motion, values, uses) for values, uses in parts(form)], 1)
-
-    law = LIBRARY[name]
-    return ArmEffect(
-        name,
-        "joint",
-        law.family,
-        law.block,
-        symbols,
-        units,
-        values=lambda x, form: {**dict(zip(strong, map(float, x), strict=True)), **dict(zip(shape, form, strict=True))},
-        coefficients=lambda v: (np.array([float(v[s]) for s in strong]), tuple(float(v[s]) for s in shape)),
-        equation=law.equation,
-        source=law.source,
-        columns=columns,
-        shapes=shapes,
-        least=(least,) * len(strong),
-        check=check,
-        holds=holds,
-        replaces=replaces,
-        equal_to=equal_to,
-        near_equal=near_equal or {},
-    )
 
 
 def _speeds(*parts: float) -> Callable[[JointMotion], list[Shape]]:
@@ -141,47 +51,10 @@ def _dahl_columns(motion: JointMotion, form: Shape) -> Array:
     return along("dahl_friction", motion, {"Fc": 1.0, "sigma": 1.0 / form[0]}, {})[:, None]
 
 
-def _one(symbol: str) -> tuple[Callable[[Array, Shape], Numbers], Callable[[Numbers], tuple[Array, Shape]]]:
-    return lambda x, form: {symbol: float(x[0])}, lambda values: (np.array([float(values[symbol])]), ())
-
-
 def _point(m: float, c: Sequence[float]) -> Array:
     """The ten inertial numbers of a point mass."""
     x, y, z = c
     return m * np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
-
-
-def _own(
-    name: str,
-    symbol: str,
-    unit: str,
-    column: Callable[[JointMotion], Array],
-    family: str,
-    block: str,
-    equation: str,
-    source: str,
-    least: float = -math.inf,
-    equal_to: tuple[str, ...] = (),
-    near_equal: Mapping[str, str] | None = None,
-) -> ArmEffect:
-    """An effect of one number on one joint, which the library has not or has for other structures."""
-    values, coefficients = _one(symbol)
-    return ArmEffect(
-        name,
-        "joint",
-        family,
-        block,
-        (symbol,),
-        (unit,),
-        values=values,
-        coefficients=coefficients,
-        equation=equation,
-        source=source,
-        columns=lambda motion, form: column(motion)[:, None],
-        least=(least,),
-        equal_to=equal_to,
-        near_equal=near_equal or {},
-    )
 
 
 _DRY, _VISCOUS = "dry friction", "viscous friction"
@@ -192,8 +65,8 @@ _SICILIANO: Final = "Siciliano, Sciavicco, Villani and Oriolo 2009, Robotics, ch
 ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
     effect.name: effect
     for effect in (
-        _linear("viscous_friction", ("b",), ("N m s/rad",), lambda form: [({"b": 1.0}, {})], replaces=_VISCOUS),
-        _linear(
+        of_library("viscous_friction", ("b",), ("N m s/rad",), lambda form: [({"b": 1.0}, {})], replaces=_VISCOUS),
+        of_library(
             "asymmetric_viscous_friction",
             ("b_plus", "b_minus"),
             ("N m s/rad", "N m s/rad"),
@@ -201,9 +74,9 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             holds=("viscous_friction",),
             replaces=_VISCOUS,
         ),
-        _linear("quadratic_drag", ("c",), ("N m s^2/rad^2",), lambda form: [({"c": 1.0}, {})]),
-        _linear("coulomb_friction", ("Fc",), ("N m",), lambda form: [({"Fc": 1.0}, {})], replaces=_DRY),
-        _linear(
+        of_library("quadratic_drag", ("c",), ("N m s^2/rad^2",), lambda form: [({"c": 1.0}, {})]),
+        of_library("coulomb_friction", ("Fc",), ("N m",), lambda form: [({"Fc": 1.0}, {})], replaces=_DRY),
+        of_library(
             "smooth_coulomb_friction",
             ("Fc", "v_s"),
             ("N m", "rad/s"),
@@ -213,7 +86,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             holds=("coulomb_friction",),
             replaces=_DRY,
         ),
-        _linear(
+        of_library(
             "stribeck_friction",
             ("Fc", "Fs", "v_s"),
             ("N m", "N m", "rad/s"),
@@ -241,9 +114,9 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             holds=("coulomb_friction",),
             replaces=_DRY,
         ),
-        _linear("load_dependent_friction", ("mu",), ("1",), lambda form: [({"mu": 1.0}, {})]),
-        _linear("constant_force", ("F",), ("N m",), lambda form: [({"F": 1.0}, {"gain": 1.0})], least=-math.inf),
-        _linear("ground_spring", ("k",), ("N m/rad",), lambda form: [({"k": 1.0}, {})]),
+        of_library("load_dependent_friction", ("mu",), ("1",), lambda form: [({"mu": 1.0}, {})]),
+        of_library("constant_force", ("F",), ("N m",), lambda form: [({"F": 1.0}, {"gain": 1.0})], least=-math.inf),
+        of_library("ground_spring", ("k",), ("N m/rad",), lambda form: [({"k": 1.0}, {})]),
         ArmEffect(
             "torque_ripple",
             "joint",
@@ -259,7 +132,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             shapes=_ripples,
             least=(-math.inf, -math.inf),
         ),
-        _own(
+        of_one_number(
             "rotor_inertia",
             "I",
             "kg m^2",
@@ -271,7 +144,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             least=0.0,
             near_equal={"the link's own inertia about the axis": "always, on the first joint of a chain"},
         ),
-        _own(
+        of_one_number(
             "torque_gain",
             "gain",
             "1",

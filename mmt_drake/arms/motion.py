@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import signal
@@ -65,6 +66,11 @@ class ArmMotion:
         every = max(1, int(1.0 / (own * _OVERSAMPLING * band_hz)))
         taken = slice(None, None, every)
         return cls(own * every, time[taken], q[taken], v[taken], a[taken], torque[taken], band_hz)
+
+    @cached_property
+    def jerk(self) -> Array:
+        """Rate of the torque, (n, joints) [N m/s]."""
+        return np.gradient(self.torque, self.step, axis=0)
 
     def filtered(self, values: Array) -> Array:
         """Values of each sample (n, ...) in the band, as the torque is."""

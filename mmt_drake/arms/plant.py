@@ -36,18 +36,17 @@ class ArmPlant:
     links: tuple[str, ...]
 
     @classmethod
-    def of(cls, model: ArmModel, time_step: float = 0.0, finalize: bool = True) -> ArmPlant:
+    def of(cls, model: ArmModel, finalize: bool = True) -> ArmPlant:
         """The arm of a model; its effects and changed links are not in the plant.
 
         Args:
             model: of the arm.
-            time_step: of the plant [s]; 0: continuous.
             finalize: whether nothing is to be added to the plant.
 
         Raises:
             BadInput: the robot's file cannot be read, or has no such joints.
         """
-        plant = _from_code(model) if model.function else _from_file(model, time_step)
+        plant = _from_code(model) if model.function else _from_file(model)
         weld_held(plant, model.held, model.source)
         if finalize and not plant.is_finalized():
             plant.Finalize()
@@ -138,13 +137,13 @@ def _from_code(model: ArmModel) -> Any:
     return plant
 
 
-def _from_file(model: ArmModel, time_step: float) -> Any:
+def _from_file(model: ArmModel) -> Any:
     """The plant of a robot's file, its first body welded to the world unless the file does that.
 
     Drake's warnings about what it leaves out of a file (friction, gears) are not repeated: what the joints have is
     what the model file says.
     """
-    plant = MultibodyPlant(time_step)
+    plant = MultibodyPlant(0.0)  # continuous
     log = logging.getLogger("drake")
     level = log.level
     log.setLevel(logging.ERROR)

@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg, signal
 
+from mmt_drake.arms.arm_effect import Shape
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.believed import PreparedLog, coefficients, inertias, prepared
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.joint_motion import JointMotion
-from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, OF_THE_LINKS, VISCOUS, Shape
+from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, OF_THE_LINKS, VISCOUS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.errors import BadInput

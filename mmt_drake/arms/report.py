@@ -9,19 +9,21 @@ from typing import Any, Final
 import numpy as np
 
 from mmt_drake.analysis.interactive import THINNING, Plot, cloud, curve, rows, shade
-from mmt_drake.analysis.page import Banner, Bar, Section, write_page
-from mmt_drake.analysis.plotting import GREY, PURPLE, RED
+from mmt_drake.analysis.page import Banner, Bar, Section, Tone, write_page
 from mmt_drake.analysis.table import Table
 from mmt_drake.arms.believed import Predicted
 from mmt_drake.arms.forward import WINDOW_S
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, Number
 from mmt_drake.arms.wording import headline, told
+from mmt_drake.diagnosis.decide.budget import SHARED
 from mmt_drake.diagnosis.tell.figures_common import COLORS, DASHES, HELDOUT, MEASURED, NAMES
+from mmt_drake.diagnosis.tell.first_screen import PART_COLORS
 from mmt_drake.diagnosis.tell.provenance import Provenance
+from mmt_drake.diagnosis.tell.wording import capitalised, part_words, share_words
 from mmt_drake.effects.wording import words
 
-_TONES: Final = {
+_TONES: Final[dict[str, Tone]] = {
     "no_mismatch": "good",
     "parameters": "fair",
     "missing_physics": "fair",
@@ -29,13 +31,7 @@ _TONES: Final = {
     "ambiguous": "open",
     "unexplained": "bad",
 }
-_PARTS: Final = {"parameters": COLORS["refit"], "shared": PURPLE, "nameless": RED, "noise": GREY}
-_SAID: Final = {
-    "parameters": "inertial numbers of links",
-    "shared": "laws that cannot be told apart",
-    "nameless": "nobody has named",
-    "noise": "noise",
-}
+_SHARED: Final = "Laws that cannot be told apart"
 
 
 def write_arm_report(
@@ -60,7 +56,7 @@ def write_arm_report(
         *_joints(diagnosis, before, after),
         Section("How this was computed", _METHOD, facts=provenance.facts, remark=THINNING),
     ]
-    banner = Banner(words(diagnosis.verdict), _TONES[diagnosis.verdict])  # type: ignore[arg-type]  # one of its tones
+    banner = Banner(words(diagnosis.verdict), _TONES[diagnosis.verdict])
     return write_page(path, headline(diagnosis), sections, diagnosis.summary, banner, _first(diagnosis, provenance))
 
 
@@ -76,10 +72,10 @@ _METHOD: Final = (
 def _first(diagnosis: ArmDiagnosis, provenance: Provenance) -> list[Section]:
     bars = [
         Bar(
-            _SAID.get(p.name, words(p.name)),
+            _SHARED if p.part == SHARED else capitalised(part_words(p.part)),
             p.share,
-            f"{100.0 * p.share:.3g} %",
-            _PARTS.get(p.name, COLORS["augmented"]),
+            share_words(p.share),
+            PART_COLORS.get(p.part, COLORS["augmented"]),
         )
         for p in diagnosis.budget
         if p.share >= 0.001
@@ -144,7 +140,7 @@ def _effect_table(diagnosis: ArmDiagnosis) -> Table | None:
             words(e.name),
             _numbers(e),
             e.certain or "no",
-            f"{100.0 * e.share:.3g} %",
+            share_words(e.share),
             ", ".join(map(words, e.instead)),
         )
         for e in diagnosis.effects

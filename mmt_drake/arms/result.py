@@ -11,7 +11,7 @@ import numpy as np
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.forward import WINDOW_S, ForwardErrors
 from mmt_drake.arms.laws import ARM_EFFECTS
-from mmt_drake.arms.verdict import MismatchPart
+from mmt_drake.diagnosis.decide.budget import BudgetPart
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class JointReport:
     refit: float
     augmented: float
     noise: float
-    budget: tuple[MismatchPart, ...]
+    budget: tuple[BudgetPart, ...]
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class ArmDiagnosis:
     effects: tuple[ArmEffectFound, ...]
     parameters: Mapping[str, Mapping[str, Number]]
     untold: Mapping[str, tuple[str, ...]]
-    budget: tuple[MismatchPart, ...]
+    budget: tuple[BudgetPart, ...]
     heldout_s: tuple[tuple[float, float, int], ...]
     model: ArmModel
     recordings: tuple[str, ...]
@@ -113,7 +113,7 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
         diagnosis: what was found.
         model: name of the file with the augmented model.
     """
-    parts = [{"part": part.name, "share": part.share} for part in diagnosis.budget]
+    parts = [{"part": part.part, "share": part.share} for part in diagnosis.budget]
 
     def number(one: Number | str) -> Any:
         if isinstance(one, str):
@@ -154,7 +154,7 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
                 "torque_spread": j.spread,
                 "heldout_nrmse": {"nominal": j.nominal, "refit": j.refit, "augmented": j.augmented},
                 "noise_floor": j.noise,
-                "budget": [{"part": part.name, "share": part.share} for part in j.budget],
+                "budget": [{"part": part.part, "share": part.share} for part in j.budget],
             }
             for j in diagnosis.joints
         ],

@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
+from mmt_drake.arms.arm_effect import ArmEffect
 from mmt_drake.arms.beliefs import Believed, joint_search
-from mmt_drake.arms.laws import ARM_EFFECTS, DRY, ArmEffect
+from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.problem import ArmProblem, Term
 from mmt_drake.arms.search import BY_CHANCE, JointSet, chance_better
 from mmt_drake.arms.shared_fit import SharedFit
+from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart, shapley, subsets
+from mmt_drake.diagnosis.decide.confidence import Depth
 from mmt_drake.numeric.arrays import Array
 
-Depth = Literal["law", "family", "block"]
 _DEPTHS: Final[tuple[Depth, ...]] = ("block", "family", "law")
 LEAVES: Final[dict[Depth, float]] = {"law": 2.0, "family": 1.25, "block": 1.25}
 """What explains a joint without a name is ruled out if it leaves so many times as much, in variance, of blocks that
@@ -38,26 +39,11 @@ class Certainty:
         term: that was found.
         depth: to which its name holds; None: others explain the joint as well without it.
         rivals: names of those, by depth: the effects that stand in its place.
-        leaves: held-out error of the best of them in parts of the joint's torque, by depth.
     """
 
     term: Term
     depth: Depth | None
     rivals: Mapping[Depth, tuple[str, ...]]
-    leaves: Mapping[Depth, float]
-
-
-@dataclass(frozen=True)
-class MismatchPart:
-    """One part of a mismatch.
-
-    Attributes:
-        name: an effect, `parameters`, `shared`, `nameless` or `noise`.
-        share: of the nominal model's mean squared held-out error.
-    """
-
-    name: str
-    share: float
 
 
 def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certainty]:
@@ -70,18 +56,14 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
     """
     own, search = found.sets[joint], joint_search(problem, found.fit.belief, joint)
     row, told = problem.rows[joint], []
-    spread = row.spread(problem.inner)
     _, _, energy, samples = row.sums
     nominal = float(energy[problem.inner].sum() / max(samples[problem.inner].sum(), 1.0))
     for term in own.terms:
         law = ARM_EFFECTS[term.effect]
         depth: Depth | None = None
         rivals: dict[Depth, tuple[str, ...]] = {}
-        leaves: dict[Depth, float] = {}
         for at in _DEPTHS:
-            without = _without(law, at)
-            rival = search.best(without)
-            leaves[at] = math.sqrt(rival.fit.cost) / spread if spread else 0.0
+            rival = search.best(_without(law, at))
             if not _ruled_out(rival, own, LEAVES[at]):
                 rivals[at] = tuple(sorted(rival.names - own.names))
                 break
@@ -89,7 +71,7 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
         gone = search.fit([t for t in own.terms if t is not term]).fit.cost
         if gone - own.fit.cost < NEXT_TO_NOTHING * nominal or (depth != "law" and term.effect in WHOLE_NAMES):
             depth = None
-        told.append(Certainty(term, depth, rivals, leaves))
+        told.append(Certainty(term, depth, rivals))
     return told
 
 
@@ -184,7 +166,7 @@ def _simpler(problem: ArmProblem, joint: int, term: Term, x: Array, half: Array)
 
 def joint_budget(
     fit: SharedFit, joint: int, x: Array, told: Sequence[Certainty], noise: float
-) -> tuple[MismatchPart, ...]:
+) -> tuple[BudgetPart, ...]:
     """Whose the mismatch of a joint is, over the outer blocks.
 
     Each part has the error that comes back without it, averaged over the orders in which parts can be taken away.
@@ -199,31 +181,27 @@ def joint_budget(
     outer = fit.problem.outer
     parts: dict[str, list[int]] = {}
     if fit.numbers_of_links:
-        parts["parameters"] = fit.numbers_of_links
+        parts[PARAMETERS] = fit.numbers_of_links
     for term, at in fit.numbers_held:
         parts[term.effect] = at
     sure = {c.term: c.depth for c in told}
     for term, at in fit.numbers_of(joint):
-        name = term.effect if sure.get(term) else "shared"
+        name = term.effect if sure.get(term) else SHARED
         parts[name] = [*parts.get(name, []), *at]
     while len(parts) > _SPLIT_AT_MOST:
-        last = list(parts)[-1] if list(parts)[-1] != "shared" else list(parts)[-2]
-        parts["shared"] = [*parts.get("shared", []), *parts.pop(last)]
+        last = list(parts)[-1] if list(parts)[-1] != SHARED else list(parts)[-2]
+        parts[SHARED] = [*parts.get(SHARED, []), *parts.pop(last)]
     left = _coalitions(fit, joint, x, parts, outer)
     nominal, whole = left[frozenset()], left[frozenset(parts)]
     if not nominal > 0.0:
         return ()
-    shares = {name: max(_shapley(left, name, list(parts)), 0.0) for name in parts}
+    shares = {name: max(shapley(name, list(parts), left), 0.0) for name in parts}
     explained = max(nominal - whole, 0.0)
     total = sum(shares.values())
     shares = {name: (share / total * explained / nominal if total else 0.0) for name, share in shares.items()}
     floor = min(noise, whole, nominal) / nominal
-    found = [MismatchPart(name, share) for name, share in shares.items()]
-    return (
-        *found,
-        MismatchPart("nameless", max(1.0 - sum(shares.values()) - floor, 0.0)),
-        MismatchPart("noise", floor),
-    )
+    found = [BudgetPart(name, share) for name, share in shares.items()]
+    return (*found, BudgetPart(NAMELESS, max(1.0 - sum(shares.values()) - floor, 0.0)), BudgetPart(NOISE, floor))
 
 
 def _coalitions(
@@ -231,26 +209,9 @@ def _coalitions(
 ) -> dict[frozenset[str], float]:
     """What each set of parts leaves of a joint's torque [(N m)^2]."""
     left = {}
-    for size in range(len(parts) + 1):
-        for names in combinations(parts, size):
-            some = np.zeros_like(x)
-            for name in names:
-                some[list(parts[name])] = x[list(parts[name])]
-            left[frozenset(names)] = float(fit.errors(some, blocks)[joint])
+    for names in subsets(list(parts)):
+        some = np.zeros_like(x)
+        for name in names:
+            some[list(parts[name])] = x[list(parts[name])]
+        left[names] = float(fit.errors(some, blocks)[joint])
     return left
-
-
-def _shapley(left: Mapping[frozenset[str], float], name: str, names: Sequence[str]) -> float:
-    """What a part takes away, averaged over all orders (Shapley 1953)."""
-    others = [other for other in names if other != name]
-    value = 0.0
-    for size in range(len(others) + 1):
-        weight = math.factorial(size) * math.factorial(len(others) - size) / math.factorial(len(names))
-        for before in combinations(others, size):
-            value += weight * (left[frozenset(before)] - left[frozenset((*before, name))])
-    return value
-
-
-def is_dry(term: Term) -> bool:
-    """Whether a term is a law of dry friction."""
-    return term.effect in DRY

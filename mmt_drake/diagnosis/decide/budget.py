@@ -125,10 +125,10 @@ def budget(
     if not after < before:
         after = before
     noise = min(ruler.noise(best.model), after)
-    back = {kept: ruler.of(_taken_from(best, (), kept)) for kept in _subsets(names)}
+    back = {kept: ruler.of(_taken_from(best, (), kept)) for kept in subsets(names)}
     ceiling = max(before, max((e for e in back.values() if math.isfinite(e)), default=before))
     back = {kept: min(e, ceiling) for kept, e in back.items()}
-    shares = {name: max(_shapley(name, names, back), 0.0) for name in names}
+    shares = {name: max(shapley(name, names, back), 0.0) for name in names}
     reset = min(ruler.of(_taken_from(best, wrong, names)), ceiling)
     shares[PARAMETERS] = max(reset - after, 0.0) if wrong else 0.0
     gone, booked = before - after, math.fsum(shares.values())
@@ -141,15 +141,22 @@ def budget(
     return (*parts, BudgetPart(NAMELESS, (after - noise) / before), BudgetPart(NOISE, noise / before))
 
 
-def _subsets(names: Sequence[str]) -> list[frozenset[str]]:
+def subsets(names: Sequence[str]) -> list[frozenset[str]]:
+    """All sets of some of these names, the empty one first."""
     return [frozenset(some) for count in range(len(names) + 1) for some in combinations(names, count)]
 
 
-def _shapley(name: str, names: Sequence[str], errors: Mapping[frozenset[str], float]) -> float:
-    """What comes back without an effect, the mean over all orders in which the effects can go."""
+def shapley(name: str, names: Sequence[str], errors: Mapping[frozenset[str], float]) -> float:
+    """What comes back without an effect, the mean over all orders in which the effects can go (Shapley 1953).
+
+    Args:
+        name: of the effect.
+        names: of all.
+        errors: what is left with each of `subsets(names)`.
+    """
     others = [n for n in names if n != name]
     total = 0.0
-    for kept in _subsets(others):
+    for kept in subsets(others):
         orders = math.factorial(len(kept)) * math.factorial(len(others) - len(kept)) / math.factorial(len(names))
         total += orders * (errors[kept] - errors[kept | {name}])
     return total

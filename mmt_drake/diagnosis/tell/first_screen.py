@@ -27,7 +27,8 @@ from mmt_drake.effects.wording import words
 
 BUDGET, NEXT, SOURCES = "What the model's error is made of", "What to do next", "Where this comes from"
 
-_COLORS: Final = {PARAMETERS: COLORS["refit"], SHARED: PURPLE, NAMELESS: RED, NOISE: GREY}
+PART_COLORS: Final = {PARAMETERS: COLORS["refit"], SHARED: PURPLE, NAMELESS: RED, NOISE: GREY}
+"""Of the parts of a budget that are no effects."""
 _BACKWARDS: Final = (
     "Counted backwards from the best model: what comes back of the error if wrong values are set back, or an effect is "
     "taken out."
@@ -115,7 +116,7 @@ def _budget(d: Diagnosis, evidence: Sequence[Evidence]) -> Section:
             capitalised(part_words(part.part)),
             part.share,
             share_words(part.share),
-            _COLORS.get(part.part, COLORS["augmented"]),
+            PART_COLORS.get(part.part, COLORS["augmented"]),
             _whereabouts(d, part, evidence),
         )
         for part in shown

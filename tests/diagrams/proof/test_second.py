@@ -113,13 +113,13 @@ def test_without_the_arm_s_model_the_extra_is_named(monkeypatch):
     def nothing(name: str) -> None:
         raise metadata.PackageNotFoundError(name)
 
-    arm._model_file.cache_clear()
+    arm.robot_file.cache_clear()
     monkeypatch.setattr(arm.metadata, "files", nothing)
     try:
         assert "pip install -e '.[arm]'" in str(arm.missing_arm())
         assert all(contact.take is None for contact in known_contacts() if contact.name.startswith("arm"))
     finally:
-        arm._model_file.cache_clear()
+        arm.robot_file.cache_clear()
 
 
 @pytest.fixture(scope="module")
