@@ -1,8 +1,10 @@
 """Pages of figures: `figures.py NAME ...` runs studies and writes docs/figures/NAME.md of each.
 
-NAME: of an experiment; `bench`, `bench-diagnosis`, `bench-pacing`, `bench-haptics` or `bench-faults`.
+NAME: of an experiment; `bench`, `bench-diagnosis`, `bench-pacing`, `bench-haptics` or `bench-faults`; of `TRIALS`.
 """
 
+import argparse
+import os
 import platform
 import subprocess
 import sys
@@ -12,10 +14,12 @@ from functools import partial
 from pathlib import Path
 
 from mmt_drake import __version__
+from mmt_drake.cli.main import parser
+from mmt_drake.cli.trial import trial_study
 from mmt_drake.diagrams.proof.bench import GROUPS, bench_study
 from mmt_drake.diagrams.proof.experiments import study_of
 from mmt_drake.diagrams.proof.faults.table import faults_study
-from mmt_drake.diagrams.proof.studies import Asked
+from mmt_drake.diagrams.proof.studies import Asked, Study
 from mmt_drake.processors import processors
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -23,6 +27,14 @@ PAGES = ROOT / "docs" / "figures"
 BENCHES = {"bench": partial(bench_study, "quick"), "bench-faults": partial(faults_study, 2)}
 BENCHES |= {f"bench-{group}": partial(bench_study, group) for group in GROUPS if group != "quick"}
 OPTIONS = {"bench-faults": " --moments 2"}
+TRIALS = {
+    "trial": "trial --seed 71 --per-effect 1",
+    "trial-remainder": "trial --seed 72 --per-effect 1 --remainder 0.2",
+    "trial-foreign": "trial --seed 73 --per-effect 1 --plant foreign",
+    "trial-arms": "trial --arms --seed 3 --per-effect 2",
+    "trial-real": "trial --real recordings",
+}
+"""Trials that have a page, each of a seed that nobody had looked at, and the command of it."""
 _WRITTEN = "Written by the command above"
 COUNTS = {"adequacy": 5, "late": 2, "fit": 20}
 """Cases, where a page has another number than the experiment by itself."""
@@ -33,17 +45,29 @@ def main(names: list[str]) -> None:
     describe = ["git", "-C", ROOT, "describe", "--always", "--dirty"]
     commit = subprocess.run(describe, capture_output=True, text=True, check=True).stdout.strip()
     for name in names:
-        study = BENCHES[name]() if name in BENCHES else study_of(name)
-        asked = Asked(Path("out") / name, jobs=processors(), count=COUNTS.get(name))
+        study = BENCHES[name]() if name in BENCHES else _trial(name) if name in TRIALS else study_of(name)
+        seed = _arguments(name).seed if name in TRIALS else 0
+        asked = Asked(Path("out") / name, seed=seed, jobs=processors(), count=COUNTS.get(name), say=print)
         begun = time.perf_counter()
         report = study.run(asked, lambda done: print(end=".", flush=True))
         option = OPTIONS.get(name, "") if asked.count is None else f" --count {asked.count}"
-        command = (name.replace("-", " ") if name in BENCHES else f"experiment {name}") + option
+        command = (name.replace("-", " ") if name in BENCHES else TRIALS.get(name, f"experiment {name}")) + option
         PAGES.mkdir(exist_ok=True)
         page = report.markdown(f"mmt-drake {command}") + "\n" + _made(time.perf_counter() - begun, commit)
         (PAGES / f"{name}.md").write_text(page)
         (PAGES / "index.md").write_text(_index())
         print(f" {name}", flush=True)
+
+
+def _arguments(name: str) -> argparse.Namespace:
+    return parser("trial").parse_args(TRIALS[name].split())
+
+
+def _trial(name: str) -> Study:
+    """The recordings of a trial of real ones are where `MMT_RECORDINGS` says."""
+    arguments = _arguments(name)
+    arguments.real = arguments.real and os.environ["MMT_RECORDINGS"]
+    return trial_study(arguments)
 
 
 def _index() -> str:

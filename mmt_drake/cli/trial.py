@@ -84,8 +84,9 @@ def main(arguments: argparse.Namespace) -> int:
     for file in arguments.effects:
         register_file(file)
     target = console(stderr=arguments.json)
-    asked = Asked(Path(arguments.out), seed=arguments.seed, say=target.print)
-    study = _study(arguments)
+    jobs = arguments.jobs or processors()
+    asked = Asked(Path(arguments.out), seed=arguments.seed, jobs=jobs, say=target.print)
+    study = trial_study(arguments)
     with progress(study.label, study.steps(asked)) as update:
         report = study.run(asked, update)
     if arguments.json:
@@ -99,7 +100,12 @@ def main(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _study(arguments: argparse.Namespace) -> Study:
+def trial_study(arguments: argparse.Namespace) -> Study:
+    """The study that this command's arguments ask for.
+
+    Raises:
+        BadInput: options that do not go together.
+    """
     from mmt_drake.diagrams.proof.trial.real.run import real_study
     from mmt_drake.diagrams.proof.trial.run import sealed_study
 
