@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -147,9 +148,7 @@ def load_arm_model(path: str | Path) -> ArmModel:
 
 def arm_model_data(model: ArmModel, beside: str | Path) -> dict[str, Any]:
     """The mapping that describes a model, whose robot is named as seen from the folder of a file."""
-    robot = model.robot.resolve()
-    folder = Path(beside).resolve().parent
-    name = robot.name if robot.parent == folder else str(robot)
+    name = os.path.relpath(model.robot.resolve(), Path(beside).resolve().parent)
     data: dict[str, Any] = {"structure": STRUCTURE}
     data["plant" if model.function else "robot"] = f"{name}:{model.function}" if model.function else name
     if model.joints:

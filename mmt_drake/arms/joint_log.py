@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
-from zipfile import BadZipFile
 
 import numpy as np
 
 from mmt_drake.arms.arm_file import ArmModel
-from mmt_drake.errors import BadInput, one_line, readable
+from mmt_drake.errors import BadInput, readable
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.column_map import Taken
+from mmt_drake.recording.csv_file import read_table
+from mmt_drake.recording.npz_file import arrays_of
+from mmt_drake.recording.stored import as_array
 
 TIMES: Final = ("time", "t_s", "timestamp", "t")
 POSITIONS: Final = ("q_rad", "q", "actual_q", "position")
@@ -69,15 +71,15 @@ def load_joint_log(path: str | Path, model: ArmModel, joints: Sequence[str]) -> 
         )
     if path.suffix in (".npz", ".csv") and path.is_dir():
         raise BadInput(path, found="a folder", expected=f"a {path.suffix} file")
+    names = (model.column,) if model.column else TORQUES
     if path.suffix == ".npz":
-        arrays = _npz(path)
+        arrays = {name: array.astype(np.float64, copy=False) for name, array in arrays_of(path, texts=True).items()}
     elif path.suffix == ".csv":
-        arrays = _csv(path)
+        arrays = _csv(path, (*TIMES, *POSITIONS, *names))
     else:
         arrays = _joint_states(path, joints)
     time = _named(arrays, TIMES, path, "time").reshape(-1)
     q = _wide(_named(arrays, POSITIONS, path, "position"), joints, path)
-    names = (model.column,) if model.column else TORQUES
     column = next((name for name in names if name in arrays), "")
     torque = _wide(_named(arrays, names, path, "torque"), joints, path)
     if model.factor and len(model.factor) not in (1, len(joints)):
@@ -123,56 +125,24 @@ def _wide(values: Array, joints: Sequence[str], path: Path) -> Array:
     return np.ascontiguousarray(columns, dtype=np.float64)
 
 
-def _npz(path: Path) -> dict[str, Array]:
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            return {
-                name: np.asarray(data[name], dtype=np.float64) for name in data.files if data[name].dtype.kind in "fiu"
-            }
-    except (OSError, ValueError, BadZipFile) as error:
-        raise BadInput(path, found=one_line(error), expected="arrays saved by numpy") from error
-
-
-def _csv(path: Path) -> dict[str, Array]:
+def _csv(path: Path, wanted: Sequence[str]) -> dict[str, Array]:
     """Columns of a file with a header; those that differ in a number at the end are one array."""
-    with path.open(newline="", errors="replace") as file:
-        sample = file.read(1 << 14)
-        file.seek(0)
-        try:
-            rows = csv.reader(file, csv.Sniffer().sniff(sample, delimiters=",; \t"))
-        except csv.Error as error:
-            raise BadInput(
-                path, found=str(error), expected="a header and columns, separated by , ; or blanks"
-            ) from error
-        header = [name.strip() for name in next(rows)]
-        lines = [row for row in rows if row]
-    for number, row in enumerate(lines, start=2):
-        if len(row) < len(header):
-            raise BadInput(path, at=f"row {number}", found=f"{len(row)} values", expected=f"{len(header)}")
-    found: dict[str, dict[int, Array]] = {}
-    for index, name in enumerate(header):
-        cells = [row[index] for row in lines]
-        if not cells or not _is_number(cells[0]):
-            continue  # text beside the numbers
-        bad = next((row for row, cell in enumerate(cells) if not _is_number(cell)), None)
-        if bad is not None:
-            raise BadInput(path, at=f"row {bad + 2}, column {name}", found=repr(cells[bad]), expected="a number")
-        values = np.array([float(cell) for cell in cells])
-        match = _INDEXED.match(name)
-        stem, number = (match[1], int(match[2])) if match and match[1] else (name, -1)
-        found.setdefault(stem, {})[number] = values
-    return {
-        stem: columns[-1] if set(columns) == {-1} else np.stack([columns[k] for k in sorted(columns) if k >= 0], 1)
-        for stem, columns in found.items()
-    }
+    places: dict[str, dict[int, str]] = {}
 
+    def taken(headers: tuple[str, ...]) -> list[Taken]:
+        for header in headers:
+            match = _INDEXED.match(header)
+            stem, number = (match[1], int(match[2])) if match and match[1] else (header, -1)
+            places.setdefault(stem, {})[number] = header
+        return [Taken(name, name) for stem in wanted for name in places.get(stem, {}).values()]
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+    _, columns, _ = read_table(path, taken)
+    arrays: dict[str, Array] = {}
+    for stem in wanted:
+        own = {number: as_array(columns[name]) for number, name in places.get(stem, {}).items()}
+        if own:
+            arrays[stem] = own[-1] if -1 in own else np.stack([own[k] for k in sorted(own)], 1)
+    return arrays or dict.fromkeys(places, np.empty(0))
 
 
 def _joint_states(path: Path, joints: Sequence[str]) -> dict[str, Array]:

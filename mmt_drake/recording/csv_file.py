@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -19,7 +19,7 @@ from mmt_drake.recording.foreign_table import hint
 from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import SIGNALS
-from mmt_drake.recording.stored import LongColumns, as_array
+from mmt_drake.recording.stored import Column, LongColumns, as_array
 
 _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ROWS_AT_ONCE = 10_000
@@ -34,7 +34,7 @@ class CsvFormat:
 
     Attributes:
         headers: of all its columns.
-        separator: between cells: comma, semicolon or tab.
+        separator: between cells: comma, semicolon, tab, or a blank where there is none of these.
         taken: the columns that are read.
         decimal: mark of its numbers; empty: no row has told it yet.
     """
@@ -52,6 +52,8 @@ class CsvFormat:
             BadInput: too many columns, numbers in the place of names, a name twice.
         """
         separator = max(_SEPARATORS, key=head.count)
+        if separator not in head and " " in head.strip():
+            separator = " "
         headers = tuple(header.strip().strip('"').strip() for header in head.split(separator))
         if len(headers) > MOST_COLUMNS:
             raise BadInput(source, at="header", found=f"{len(headers)} columns", expected=f"at most {MOST_COLUMNS}")
@@ -86,7 +88,33 @@ class CsvFormat:
 
 
 def load_csv(path: Path, forces: bool, columns: ColumnMap) -> Recording:
-    """Read a recording from text in UTF-8, its cells separated by commas, semicolons or tabs.
+    """Read a recording from text, see `read_table`.
+
+    Raises:
+        BadInput: what ``columns`` asks for and is not there, what `read_table` refuses, or what ``check.completed``
+            finds.
+    """
+    source = str(path)
+
+    def taken(headers: tuple[str, ...]) -> list[Taken]:
+        found = list(columns.taken(headers, source))
+        if "time" not in {each.name for each in found}:
+            named = f"columns {', '.join(headers)}"
+            expected = f"column names, 'time' among them{hint(headers, path.name)}"
+            raise BadInput(source, at="header", found=named, expected=expected)
+        return found
+
+    form, read, notes = read_table(path, taken)
+    notes += left_out(form.headers, form.taken)
+    units = {taken.name: taken.unit for taken in form.taken if taken.unit is not None}
+    time = as_array(read.pop("time"))
+    return completed(time, LongColumns(read), source, forces=forces, notes=notes, units=units)
+
+
+def read_table(
+    path: Path, taken: Callable[[tuple[str, ...]], Sequence[Taken]]
+) -> tuple[CsvFormat, dict[str, Column], list[str]]:
+    """Read columns of text in UTF-8, its cells separated by commas, semicolons, tabs or blanks.
 
     Row numbers in messages count samples from 1; lines count the header too. The text is read piece by piece: at its
     peak reading takes the columns and little more.
@@ -96,37 +124,35 @@ def load_csv(path: Path, forces: bool, columns: ColumnMap) -> Recording:
     as many decimals (without any: digits) as half of them have, and an exponent if half of them have one. An exponent
     of one digit may be cut too.
 
+    Args:
+        path: of the file.
+        taken: from its headers to the columns that are wanted.
+
+    Returns:
+        How the file is written, the columns by the names that ``taken`` gives them, and notes.
+
     Raises:
-        BadInput: a name twice, a ragged row, a cell that is no number, a last row that may be cut, what ``columns``
-            asks for and is not there, more than ``bounds`` allows, or what ``check.completed`` finds.
+        BadInput: a name twice, a ragged row, a cell that is no number, a last row that may be cut, no row, more than
+            ``bounds`` allows.
     """
     source = str(path)
     with path.open("rb") as file:
         pieces = _pieces(file, source)
         head, _, first = next(pieces, "").partition("\n")
         form = CsvFormat.of(head, source)
-        form = replace(form, taken=tuple(columns.taken(form.headers, source)))
-        named = {taken.name: taken for taken in form.taken}
-        if "time" not in named:
-            found = f"columns {', '.join(form.headers)}"
-            expected = f"column names, 'time' among them{hint(form.headers, path.name)}"
-            raise BadInput(source, at="header", found=found, expected=expected)
+        form = replace(form, taken=tuple(taken(form.headers)))
         growing, rows, lines, above, end = GrowingColumns(len(form.taken)), 0, 2, "", ""
         for piece in chain([first], pieces):
             form, plain = form.plain(piece, lines, source)
             table = _table(plain, form, rows + 1, lines, source)
             rows, lines = rows + len(table), lines + piece.count("\n")
             check_size(source, 8 * rows * len(form.taken))
-            growing.add(table * [taken.factor for taken in form.taken])
+            growing.add(table * [each.factor for each in form.taken])
             above, end = end, plain
     if rows == 0:
         raise BadInput(source, found="a header and no rows", expected="one row per sample")
     notes = _check_end(above + end, rows, lines, form, source)
-    notes += left_out(form.headers, form.taken)
-    read = dict(zip(named, growing.take(), strict=True))
-    units = {taken.name: taken.unit for taken in form.taken if taken.unit is not None}
-    time = as_array(read.pop("time"))
-    return completed(time, LongColumns(read), source, forces=forces, notes=notes, units=units)
+    return form, dict(zip((each.name for each in form.taken), growing.take(), strict=True)), notes
 
 
 def headers_of(path: Path) -> tuple[str, ...]:

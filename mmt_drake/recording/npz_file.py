@@ -63,8 +63,16 @@ def names_of(path: Path) -> tuple[str, ...]:
     return tuple(name for name, array in arrays_of(path).items() if array.ndim == 1)
 
 
-def arrays_of(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Every array of the file; what is no array of numbers, or too much, is refused before it is read."""
+def arrays_of(path: Path, *, texts: bool = False) -> dict[str, np.ndarray[Any, Any]]:
+    """Every array of the file; what is no array of numbers, or too much, is refused before it is read.
+
+    Args:
+        path: of the file.
+        texts: it may have texts beside the numbers, which are left out.
+
+    Raises:
+        BadInput: no NPZ file, a truncated one, arrays of other things, more than ``bounds`` allows.
+    """
     source = str(path)
     with readable(source, "a file", "a complete NPZ file"):
         with path.open("rb") as file:
@@ -82,13 +90,18 @@ def arrays_of(path: Path) -> dict[str, np.ndarray[Any, Any]]:
                 name = member.filename.removesuffix(".npy")
                 if name in arrays:
                     raise BadInput(source, at=name, found="the same name twice", expected="each array once")
-                arrays[name] = _array(archive, member, name, source)
+                array = _array(archive, member, name, source, texts)
+                if array is None:
+                    continue
+                arrays[name] = array
                 check_size(source, 8 * sum(array.size for array in arrays.values()))  # bytes may become float64
             return arrays
 
 
-def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source: str) -> np.ndarray[Any, Any]:
-    """One array, read once its header is known to be that of as many numbers as there are bytes."""
+def _array(
+    archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source: str, texts: bool
+) -> np.ndarray[Any, Any] | None:
+    """One array, read once its header is known to be that of as many numbers as there are bytes; None if of texts."""
     with archive.open(member) as file:
         if file.read(len(np.lib.format.MAGIC_PREFIX)) != np.lib.format.MAGIC_PREFIX:
             raise BadInput(source, at=name, found="a member that is no array", expected="arrays (.npy) alone")
@@ -96,6 +109,8 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, source:
         major = np.lib.format.read_magic(file)[0]
         read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
         shape, _, dtype = read(file)
+        if texts and dtype.kind == "U":
+            return None
         if dtype.kind not in "biuf":
             raise BadInput(source, at=name, found=f"type {dtype}", expected="numbers")
         announced, there = math.prod(shape) * dtype.itemsize, member.file_size - file.tell()

@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.joint_log import load_joint_log
 from mmt_drake.errors import BadInput
+from mmt_drake.recording import bounds
 
 N = 300
 TIME = np.arange(N) / 100.0
@@ -125,7 +126,7 @@ def test_npz_is_read_and_units_and_signs_are_the_model_s(tmp_path: Path) -> None
 def test_a_log_of_one_joint_needs_no_number(tmp_path: Path) -> None:
     path = tmp_path / "one.csv"
     path.write_text(
-        "time,q,tau\n" + "\n".join(f"{t},{q},{f}" for t, q, f in zip(TIME, Q[:, 0], TAU[:, 0], strict=True))
+        "time,q,tau\n" + "".join(f"{t},{q},{f}\n" for t, q, f in zip(TIME, Q[:, 0], TAU[:, 0], strict=True))
     )
     model = small_arm.model(tmp_path, joints=("lift",))
     log = load_joint_log(path, model, model.joints)
@@ -201,7 +202,7 @@ def test_a_row_of_csv_that_ends_early_is_told(tmp_path: Path) -> None:
     lines = path.read_text().splitlines()
     lines[20] = lines[20].rpartition(",")[0]
     path.write_text("\n".join(lines))
-    assert "row 21: found 6 values, expected 7" in refused(path, tmp_path)
+    assert "row 20 (line 21): found 6 cells, expected 7" in refused(path, tmp_path)
 
 
 def test_a_cell_of_csv_that_is_no_number_is_told(tmp_path: Path) -> None:
@@ -210,8 +211,21 @@ def test_a_cell_of_csv_that_is_no_number_is_told(tmp_path: Path) -> None:
     cells = lines[20].split(",")
     lines[20] = ",".join([*cells[:2], "", *cells[3:]])
     path.write_text("\n".join(lines))
-    line = refused(path, tmp_path)
-    assert "q_1" in line or "row" in line, line
+    assert "row 20 (line 21), column 'q_1': found ''" in refused(path, tmp_path)
+
+
+def test_decimal_commas_and_blanks_between_cells_are_read(tmp_path: Path) -> None:
+    path = table(tmp_path / "log.csv", ("time", "q_{}", "tau_{}"), ";")
+    path.write_text(path.read_text().replace(".", ","))
+    check(load(path, tmp_path))
+    path.write_text(path.read_text().replace(",", ".").replace(";", " "))
+    check(load(path, tmp_path))
+
+
+def test_a_log_of_more_than_a_recording_may_hold_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "MOST", 1000)
+    for path in (npz(tmp_path / "log.npz"), table(tmp_path / "log.csv", ("time", "q_{}", "tau_{}"))):
+        assert "at most 0.0009537 MiB" in refused(path, tmp_path)
 
 
 def test_factors_that_are_not_one_a_joint_are_refused(tmp_path: Path) -> None:
