@@ -55,3 +55,8 @@ def test_units_do_not_matter_and_a_number_that_no_residual_depends_on_is_not_kno
     assert deviations(jacobian * units, residual, NUMBERS, SAMPLES).deviation * units == pytest.approx(known.deviation)
     without = deviations(jacobian * [1.0, 0.0, 1.0], residual, NUMBERS, SAMPLES).deviation
     assert np.isinf(without[1]) and np.isfinite(without[[0, 2]]).all()
+
+
+def test_where_every_number_is_held_there_is_no_deviation_and_no_error():
+    known = deviations(np.empty((SAMPLES, 0)), np.ones(SAMPLES), NUMBERS, SAMPLES, [np.ones((SAMPLES, 1))])
+    assert known.deviation.shape == (0,) and known.strength == pytest.approx(1.0)

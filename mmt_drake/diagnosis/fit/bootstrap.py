@@ -75,7 +75,7 @@ def deviations(
 def _told(jacobian: Array) -> Flags:
     """(k,) numbers that the residual tells each for itself: of those it tells only together, pinv would make one up."""
     size, directions = np.linalg.eigh(jacobian.T @ jacobian)
-    lost = directions[:, size <= _RANK * size[-1]]
+    lost = directions[:, size <= _RANK * size.max(initial=0.0)]
     return np.asarray(np.sum(lost**2, axis=1) < _PART)
 
 
