@@ -77,6 +77,13 @@ class ArmPlant:
         """Where it stands in the plant's velocities."""
         return [joint.velocity_start() for joint in self._joints]
 
+    @property
+    def position_limits(self) -> tuple[Array, Array]:
+        """Lowest and highest position of each recorded joint [rad] or [m], infinite where the file has none."""
+        limits = [(j.position_lower_limits()[0], j.position_upper_limits()[0]) for j in self._joints]
+        low, high = np.array(limits, dtype=np.float64).T
+        return low, high
+
     @cached_property
     def slides(self) -> tuple[bool, ...]:
         """Whether a joint slides, and has m and N in the place of rad and N m."""
