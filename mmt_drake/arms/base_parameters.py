@@ -10,7 +10,7 @@ motion, beside Coulomb and viscous friction of every joint that moves.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -169,21 +169,25 @@ class RowsOfMotion:
         friction: (rows, 2 joints) the same of Coulomb friction of every joint, then of viscous friction.
         every: (rows, 10 links) the same of all inertial numbers.
         joint: (rows,) its number.
-        samples: of the motion.
+        torque: (samples, joints) that the motion asks of the links as handed in [N m].
     """
 
     base: Array
     friction: Array
     every: Array
     joint: NDArray[np.int64]
-    samples: int
+    torque: Array
 
     @classmethod
     def joined(cls, parts: Sequence[RowsOfMotion]) -> RowsOfMotion:
         """Several, one after the other."""
-        names = ("base", "friction", "every", "joint")
-        base, friction, every, joint = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-        return cls(base, friction, every, joint, sum(part.samples for part in parts))
+        names = [field.name for field in fields(cls)]
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+    @property
+    def samples(self) -> int:
+        """Of the motion."""
+        return len(self.torque)
 
     @property
     def whole(self) -> Array:
@@ -192,11 +196,16 @@ class RowsOfMotion:
 
     @property
     def condition(self) -> float:
-        """Condition number of it; infinite where it is singular."""
-        if len(self.base) < self.base.shape[1] + self.friction.shape[1]:
+        """Condition number of it, every column over its norm: nearly the least that any scaling of the columns gives.
+
+        van der Sluis 1969, Numerische Mathematik 14(1). Infinite where it is singular.
+        """
+        whole = self.whole
+        norm = np.linalg.norm(whole, axis=0)
+        if len(whole) < len(norm) or not norm.min() > _EXACT:
             return float("inf")
-        sizes = linalg.svdvals(self.whole)
-        return float(sizes[0] / sizes[-1]) if sizes[-1] > 1e-12 * sizes[0] else float("inf")
+        sizes = linalg.svdvals(whole / norm)
+        return float(sizes[0] / sizes[-1]) if sizes[-1] > _EXACT else float("inf")
 
 
 @dataclass(frozen=True)
@@ -231,11 +240,10 @@ class BaseStructure:
             seed: of the states.
         """
         rng, joints = np.random.default_rng(seed), len(arm.joints)
-        low, high = arm.position_limits
-        low, high = np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)
+        low, high = (np.clip(limit, -np.pi, np.pi) for limit in arm.position_limits)
         q = rng.uniform(low, high, (_STATES + 10 * joints, joints))
         v, a = rng.uniform(-2.0, 2.0, q.shape), rng.uniform(-5.0, 5.0, q.shape)
-        asked = regressor(arm, q, v, a).inertial
+        asked = regressor(arm, q, v, a, tilted=False).inertial
         torque = np.sqrt(np.mean((asked @ nominal) ** 2, axis=0))
         torque = np.maximum(torque, 1e-6 * max(float(torque.max()), 1e-9))
         matrix = (asked / torque[:, None]).reshape(-1, len(nominal))
@@ -275,7 +283,8 @@ class BaseStructure:
         joints = q.shape[1]
         fastest = np.maximum(np.abs(v).max(axis=0), 1e-9)
         moves = np.ptp(q, axis=0) > STILL
-        asked = regressor(self.arm, q, v, a).inertial / self.torque[:, None]
+        inertial = regressor(self.arm, q, v, a, tilted=False).inertial
+        asked = inertial / self.torque[:, None]
         friction, every = np.zeros((len(q), joints, 2, joints)), np.arange(joints)
         friction[:, every, 0, every] = _FRICTION * np.clip(v / (REST * fastest), -1.0, 1.0) * moves
         friction[:, every, 1, every] = _FRICTION * v / fastest * moves
@@ -285,7 +294,7 @@ class BaseStructure:
             friction.reshape(len(q), joints, -1)[counted],
             (asked * self.scale)[counted],
             np.nonzero(counted)[1],
-            len(q),
+            inertial @ self.nominal,
         )
 
     def told(self, motions: Sequence[ArmMotion], noise: Array) -> BaseParameters:
