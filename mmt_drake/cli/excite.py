@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", required=True, metavar="ARM.yaml", help="model file of an arm")
     parser.add_argument("--out", required=True, metavar="OUT", help="where to write the motion: .csv")
     parser.add_argument("--seconds", type=seconds, default=20.0, metavar="S", help="length (default: 20)")
-    parser.add_argument("--rate", type=seconds, default=500.0, metavar="HZ", help="rows in a second (default: 500)")
+    parser.add_argument("--rate", type=float, default=500.0, metavar="HZ", help="rows in a second (default: 500)")
     parser.add_argument("--harmonics", type=count, default=5, metavar="N", help="of the series (default: 5)")
     parser.add_argument("--seed", type=seed, default=0, metavar="N", help="of the motions tried first (default: 0)")
     parser.add_argument("--log", metavar="LOG", help="a log of this arm, to compare with")
@@ -66,7 +66,9 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.arms.joint_log import load_joint_log
     from mmt_drake.arms.plant import ArmPlant
     from mmt_drake.arms.self_collision import SelfCollision
+    from mmt_drake.arms.structure import STRUCTURE, is_arm_file
     from mmt_drake.recording.atomic import beside
+    from mmt_drake.typed_yaml import parse, read_text
 
     out, wanted = Path(arguments.out), [arguments.position, arguments.velocity, arguments.acceleration]
     if out.suffix != ".csv":
@@ -76,7 +78,12 @@ def main(arguments: argparse.Namespace) -> int:
     if (rows := arguments.seconds * arguments.rate) > _MOST_ROWS:
         raise BadInput("--seconds and --rate", found=f"{rows:.3g} rows", expected=f"{_MOST_ROWS:.0e} at most")
     beside(out)
+    if not is_arm_file(arguments.model):
+        parse(read_text(arguments.model, "a model file (YAML)"), arguments.model)  # says why it cannot be read
+        raise BadInput(arguments.model, found="no model of an arm", expected=f"structure: {STRUCTURE}")
     model = load_arm_model(arguments.model)
+    if not arguments.rate >= (least := 4.0 * model.band_hz):
+        raise BadInput("--rate", found=f"{arguments.rate:g} Hz", expected=f"{least:g} Hz or more, for the model's band")
     arm = ArmPlant.of(model)
     structure = BaseStructure.of(arm, inertias(arm, model).ravel())
     limits = JointLimits.of(arm, model, *wanted)

@@ -203,6 +203,13 @@ def test_a_limit_that_is_nowhere_is_asked_for(tmp_path: Path) -> None:
 REFUSED = {
     "an ending": (("--out", "motion.npz"), "found the ending '.npz', expected .csv"),
     "one harmonic": (("--out", "m.csv", "--harmonics", "1"), "--harmonics: found 1, expected 2 or more"),
+    "no rate": (("--out", "m.csv", "--rate", "nan"), "--rate: found nan Hz, expected 32 Hz or more"),
+    "too many rows": (("--out", "m.csv", "--seconds", "1e9"), "found 5e+11 rows, expected 3e+06 at most"),
+    "another model": (
+        ("--out", "m.csv", "--model", "{examples}/servo.yaml"),
+        "found no model of an arm, expected struc",
+    ),
+    "no model": (("--out", "m.csv", "--model", "none.yaml"), "none.yaml: found no such file"),
     "no acceleration": (("--out", "m.csv"), "found no acceleration limit of base"),
     "too short": (
         ("--out", "m.csv", "--acceleration", "9", "--seconds", "1"),
@@ -217,7 +224,8 @@ def test_what_cannot_be_planned_is_told_in_one_line(
 ) -> None:
     options, told = REFUSED[what]
     monkeypatch.chdir(tmp_path)
-    assert main(["excite", "--model", str(examples / "arm.yaml"), *options]) == 2
+    arguments = ["--model", str(examples / "arm.yaml"), *(option.format(examples=examples) for option in options)]
+    assert main(["excite", *arguments]) == 2
     error = capfd.readouterr().err
     assert told in error and error.count("\n") == 1 and not list(tmp_path.iterdir())
 
