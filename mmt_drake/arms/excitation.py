@@ -44,7 +44,7 @@ _SMALLEST: Final = 0.01
 
 
 @dataclass(frozen=True)
-class Course:
+class PlannedMotion:
     """A motion, sample by sample.
 
     Attributes:
@@ -58,7 +58,7 @@ class Course:
     a: Array
 
 
-def motion_told(structure: BaseStructure, motion: Course | JointLog, band_hz: float) -> BaseParameters:
+def motion_told(structure: BaseStructure, motion: PlannedMotion | JointLog, band_hz: float) -> BaseParameters:
     """What a motion tells, were the noise of every joint `NOISE` of its torque, whatever was recorded.
 
     Args:
@@ -74,7 +74,7 @@ def motion_told(structure: BaseStructure, motion: Course | JointLog, band_hz: fl
 
 
 @dataclass(frozen=True)
-class Series:
+class FourierSeries:
     """Fourier series of all joints.
 
     Attributes:
@@ -87,11 +87,11 @@ class Series:
     numbers: Array
     start: Array
 
-    def at(self, time: Array, size: float = 1.0) -> Course:
+    def at(self, time: Array, size: float = 1.0) -> PlannedMotion:
         """The motion at times (n,) [s], every joint's way in parts of its own."""
         bases = fourier_bases(time, self.period, self.numbers.shape[1] // 2 + 1)
         q, v, a = (size * basis @ self.numbers.T for basis in bases)
-        return Course(time, self.start + q, v, a)
+        return PlannedMotion(time, self.start + q, v, a)
 
 
 def fourier_bases(time: Array, period: float, harmonics: int) -> tuple[Array, Array, Array]:
@@ -136,7 +136,7 @@ class Excitation:
         self._grid = np.linspace(0.0, period, _A_CYCLE * harmonics, endpoint=False)
         self._bases = fourier_bases(np.linspace(0.0, period, 40 * harmonics + 1), period, harmonics)
 
-    def best(self, seed: int, on_progress: Callable[[float], None] = lambda _: None) -> Series:
+    def best(self, seed: int, on_progress: Callable[[float], None] = lambda _: None) -> FourierSeries:
         """The best of some random motions, improved by L-BFGS-B.
 
         Args:
@@ -157,7 +157,7 @@ class Excitation:
         found = optimize.minimize(cost, first, method="L-BFGS-B", options=options)
         return self.series(found.x)
 
-    def series(self, x: Array) -> Series:
+    def series(self, x: Array) -> FourierSeries:
         """The series of free numbers: of each joint its series, where it lies within its way, and how large it is.
 
         Args:
@@ -174,7 +174,7 @@ class Excitation:
         size = part * np.minimum(size, SHARE * limits.acceleration / (hardest + tiny))
         centre = 0.5 * (limits.low + limits.high)
         lowest, highest = centre - half - size * low, centre + half - size * high
-        return Series(self._period, shape * size[:, None], lowest + place * (highest - lowest))
+        return FourierSeries(self._period, shape * size[:, None], lowest + place * (highest - lowest))
 
     def _cost(self, x: Array) -> float:
         course = self.series(x).at(self._grid)
@@ -188,10 +188,10 @@ class Excitation:
         over = np.maximum(np.abs(torque) / (EFFORT_SHARE * self._limits.effort) - 1.0, 0.0)
         return float((over**2).sum()) + (float(self._collision.depths(q).sum()) if self._collision else 0.0)
 
-    def _needs(self, course: Course) -> float:
+    def _needs(self, course: PlannedMotion) -> float:
         return self._excess(course.q, self._structure.regressor(course.q, course.v, course.a).torque)
 
-    def admitted(self, series: Series, seconds: float, rate: float) -> tuple[Course, float]:
+    def admitted(self, series: FourierSeries, seconds: float, rate: float) -> tuple[PlannedMotion, float]:
         """The motion on an even clock, as large as efforts and distances of links allow.
 
         Args:
@@ -222,7 +222,7 @@ class Excitation:
         self.check(series.at(fine, low))
         return series.at(np.linspace(0.0, seconds, round(seconds * rate) + 1), low), low
 
-    def check(self, course: Course) -> None:
+    def check(self, course: PlannedMotion) -> None:
         """Refuse a motion that goes beyond a limit, which none that was planned here does.
 
         Raises:
@@ -257,7 +257,7 @@ def period_of(seconds: float, limits: JointLimits, harmonics: int, band_hz: floa
     return seconds / max(1, int(seconds / period))
 
 
-def write_course(course: Course, path: str | Path) -> None:
+def write_course(course: PlannedMotion, path: str | Path) -> None:
     """Write a motion as CSV: `t`, then `q_0` ... `v_0` ... `a_0` ... of each joint, in the order of the model.
 
     Raises:

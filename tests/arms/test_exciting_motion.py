@@ -8,7 +8,7 @@ import small_arm
 
 from mmt_drake.arms.arm_file import ArmModel, load_arm_model
 from mmt_drake.arms.base_parameters import BaseStructure
-from mmt_drake.arms.excitation import NOISE, Course, Excitation, fourier_bases, motion_told, period_of
+from mmt_drake.arms.excitation import NOISE, PlannedMotion, Excitation, fourier_bases, motion_told, period_of
 from mmt_drake.arms.joint_limits import JointLimits
 from mmt_drake.arms.joint_log import JointLog, load_joint_log
 from mmt_drake.arms.motion import ArmMotion
@@ -37,7 +37,7 @@ def two_links(folder: Path, *, balls: bool = False, effort: str = "200") -> ArmM
     return ArmModel(path)
 
 
-def planned(model: ArmModel, seed: int = 0) -> tuple[Course, JointLimits, float]:
+def planned(model: ArmModel, seed: int = 0) -> tuple[PlannedMotion, JointLimits, float]:
     arm = ArmPlant.of(model)
     limits = JointLimits.of(arm, model, acceleration=[10.0])
     structure = BaseStructure.of(arm, arm.inertias().ravel())
@@ -61,9 +61,9 @@ def motion(examples: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def course_of(path: Path) -> Course:
+def course_of(path: Path) -> PlannedMotion:
     table = np.loadtxt(path, delimiter=",", skiprows=1)
-    return Course(table[:, 0], table[:, 1:4], table[:, 4:7], table[:, 7:])
+    return PlannedMotion(table[:, 0], table[:, 1:4], table[:, 4:7], table[:, 7:])
 
 
 def test_the_file_keeps_every_limit_of_the_robot_s_file(motion: Path, examples: Path) -> None:
