@@ -8,7 +8,7 @@ import small_arm
 
 from mmt_drake.arms.arm_file import ArmModel, load_arm_model
 from mmt_drake.arms.base_parameters import BaseStructure
-from mmt_drake.arms.excitation import NOISE, PlannedMotion, Excitation, fourier_bases, motion_told, period_of
+from mmt_drake.arms.excitation import NOISE, Excitation, PlannedMotion, fourier_bases, motion_told, period_of
 from mmt_drake.arms.joint_limits import JointLimits
 from mmt_drake.arms.joint_log import JointLog, load_joint_log
 from mmt_drake.arms.motion import ArmMotion
