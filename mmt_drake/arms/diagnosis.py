@@ -10,12 +10,14 @@ import numpy as np
 from scipy import signal
 
 from mmt_drake.arms.arm_file import INERTIA, ArmModel, JointEffect
+from mmt_drake.arms.base_parameters import BaseStructure
 from mmt_drake.arms.beliefs import Believed, settled
 from mmt_drake.arms.believed import check_places
 from mmt_drake.arms.consistency import nearest_consistent
 from mmt_drake.arms.forward import forward
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.problem import ArmProblem, Term, arm_problem
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Number
@@ -90,6 +92,8 @@ def diagnose_arm(
     augmented = model.with_found(_merged(arm, model, found.fit, whole), links)
     verdict = _verdict(found, joints, effects, budget)
     parameters, untold = _parameters(found.fit, links, whole, half, every)
+    left = np.array([joint.augmented * joint.spread for joint in joints])
+    base = BaseStructure.of(arm, problem.nominal).told([ArmMotion.of(log, model.band_hz) for log in logs], left)
     on_stage("simulation forward")
     held_out = [(a, b) for a, b, log in problem.starts[problem.outer] if log == 0.0]
     ahead = forward(model, logs[0], held_out), forward(augmented, logs[0], held_out)
@@ -108,6 +112,7 @@ def diagnose_arm(
         ahead,
         found.fit.belief.name,
         _notes(found, problem),
+        base,
     )
     return replace(diagnosis, summary=summary(diagnosis))
 

@@ -46,8 +46,11 @@ class ArmPlant:
         Raises:
             BadInput: the robot's file cannot be read, or has no such joints.
         """
-        plant = _from_code(model) if model.function else _from_file(model)
-        weld_held(plant, model.held, model.source)
+        plant = _from_code(model) if model.function else MultibodyPlant(0.0)  # continuous
+        if model.function:
+            weld_held(plant, model.held, model.source)
+        else:
+            plant_from_file(model, plant)
         if finalize and not plant.is_finalized():
             plant.Finalize()
         moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
@@ -76,6 +79,13 @@ class ArmPlant:
     def velocity_index(self) -> list[int]:
         """Where it stands in the plant's velocities."""
         return [joint.velocity_start() for joint in self._joints]
+
+    @property
+    def position_limits(self) -> tuple[Array, Array]:
+        """Lowest and highest position of each recorded joint [rad] or [m], infinite where the file has none."""
+        limits = [(j.position_lower_limits()[0], j.position_upper_limits()[0]) for j in self._joints]
+        low, high = np.array(limits, dtype=np.float64).T
+        return low, high
 
     @cached_property
     def slides(self) -> tuple[bool, ...]:
@@ -137,13 +147,19 @@ def _from_code(model: ArmModel) -> Any:
     return plant
 
 
-def _from_file(model: ArmModel) -> Any:
-    """The plant of a robot's file, its first body welded to the world unless the file does that.
+def plant_from_file(model: ArmModel, plant: Any) -> None:
+    """Put a robot's file into a plant, with what is held, its first body welded to the world unless the file does that.
 
     Drake's warnings about what it leaves out of a file (friction, gears) are not repeated: what the joints have is
     what the model file says.
+
+    Args:
+        model: of the arm.
+        plant: empty, not finalized.
+
+    Raises:
+        BadInput: the file cannot be read.
     """
-    plant = MultibodyPlant(0.0)  # continuous
     log = logging.getLogger("drake")
     level = log.level
     log.setLevel(logging.ERROR)
@@ -158,7 +174,7 @@ def _from_file(model: ArmModel) -> Any:
     for root in roots:
         plant.WeldFrames(plant.world_frame(), plant.get_body(root).body_frame())
     plant.mutable_gravity_field().set_gravity_vector(model.gravity)
-    return plant
+    weld_held(plant, model.held, model.source)
 
 
 def weld_held(plant: Any, held: tuple[Held, ...], source: str, name: str = "held") -> None:

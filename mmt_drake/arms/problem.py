@@ -152,14 +152,23 @@ class ArmProblem:
 
     @cached_property
     def scale(self) -> Array:
-        """How far each inertial number may be expected to be off, (10 links,): by mass and size of its link."""
-        scales = []
-        heaviest = max(float(self.nominal.reshape(-1, 10)[:, 0].max()), 1e-3)
-        for numbers in self.nominal.reshape(-1, 10):
-            mass = max(float(numbers[0]), 0.05 * heaviest)
-            arm = max(float(np.sqrt(abs(numbers[4:7]).max() / mass)), float(np.linalg.norm(numbers[1:4])) / mass, 0.05)
-            scales += [mass, *[mass * arm] * 3, *[mass * arm**2] * 6]
-        return np.array(scales)
+        """How far each inertial number may be expected to be off, (10 links,)."""
+        return expected_sizes(self.nominal)
+
+
+def expected_sizes(nominal: Array) -> Array:
+    """What each inertial number may be, by mass and size of its link, (10 links,).
+
+    Args:
+        nominal: (10 links,) as believed.
+    """
+    scales = []
+    heaviest = max(float(nominal.reshape(-1, 10)[:, 0].max()), 1e-3)
+    for numbers in nominal.reshape(-1, 10):
+        mass = max(float(numbers[0]), 0.05 * heaviest)
+        arm = max(float(np.sqrt(abs(numbers[4:7]).max() / mass)), float(np.linalg.norm(numbers[1:4])) / mass, 0.05)
+        scales += [mass, *[mass * arm] * 3, *[mass * arm**2] * 6]
+    return np.array(scales)
 
 
 def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> ArmProblem:

@@ -33,12 +33,13 @@ class Regressor:
     tilted: Array
 
 
-def regressor(arm: ArmPlant, q: Array, v: Array, a: Array) -> Regressor:
+def regressor(arm: ArmPlant, q: Array, v: Array, a: Array, *, tilted: bool = True) -> Regressor:
     """The regressor of a motion.
 
     Args:
         arm: whose.
         q, v, a: (n, joints) of the recorded joints; others rest where the robot's file puts them.
+        tilted: whether turns of gravity are wanted; without, they are 0.
     """
     plant, bodies = arm.plant, arm.bodies
     context = plant.CreateDefaultContext()
@@ -65,7 +66,7 @@ def regressor(arm: ArmPlant, q: Array, v: Array, a: Array) -> Regressor:
     gravity = np.asarray(plant.gravity_field().gravity_vector())
     turns = [np.cross(axis, gravity) for axis in np.eye(3)[:2]]
     inertial = np.empty((n, len(of), _TEN * links))
-    tilted = np.empty((n, len(of), _TEN * links, 2))
+    turned_by = np.zeros((n, len(of), _TEN * links, 2))
     for k in range(links):
         into = turned[:, k].transpose(0, 2, 1)
         w, alpha, linear = (np.einsum("nij,nj->ni", into, moving[:, k, j]) for j in range(3))
@@ -73,9 +74,9 @@ def regressor(arm: ArmPlant, q: Array, v: Array, a: Array) -> Regressor:
         reach = np.concatenate([into @ jacobian[:, k, :3], into @ jacobian[:, k, 3:]], axis=1)
         inertial[:, :, own] = np.einsum("nwj,nwp->njp", reach, _wrench(w, alpha, linear - into @ gravity))
         still = np.zeros_like(w)
-        for j, turn in enumerate(turns):
-            tilted[:, :, own, j] = np.einsum("nwj,nwp->njp", reach, _wrench(still, still, -(into @ turn)))
-    return Regressor(inertial, tilted)
+        for j, turn in enumerate(turns if tilted else ()):
+            turned_by[:, :, own, j] = np.einsum("nwj,nwp->njp", reach, _wrench(still, still, -(into @ turn)))
+    return Regressor(inertial, turned_by)
 
 
 def _wrench(w: Array, alpha: Array, a: Array) -> Array:

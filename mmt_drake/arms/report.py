@@ -11,6 +11,8 @@ import numpy as np
 from mmt_drake.analysis.interactive import THINNING, Plot, cloud, curve, rows, shade
 from mmt_drake.analysis.page import Banner, Bar, Section, Tone, write_page
 from mmt_drake.analysis.table import Table
+from mmt_drake.analysis.wording import percent
+from mmt_drake.arms.base_parameters import BaseParameter
 from mmt_drake.arms.believed import Predicted
 from mmt_drake.arms.forward import WINDOW_S
 from mmt_drake.arms.laws import ARM_EFFECTS
@@ -31,6 +33,9 @@ _TONES: Final[dict[str, Tone]] = {
     "ambiguous": "open",
     "unexplained": "bad",
 }
+_WEAKEST: Final = 12
+_TERMS: Final = 4
+"""Base parameters that are shown, and terms of each."""
 _SHARED: Final = "Laws that cannot be told apart"
 
 
@@ -52,6 +57,7 @@ def write_arm_report(
         Section("Joint by joint", table=_joint_table(diagnosis)),
         Section("What was found", _sure_text(diagnosis), table=_effect_table(diagnosis)),
         *_links(diagnosis),
+        *_base(diagnosis),
         *_ahead(diagnosis),
         *_joints(diagnosis, before, after),
         Section("How this was computed", _METHOD, facts=provenance.facts, remark=THINNING),
@@ -84,9 +90,11 @@ def _first(diagnosis: ArmDiagnosis, provenance: Provenance) -> list[Section]:
         "Simulate with augmented_model.yaml: `mmt_drake.arms.deliver.arm_diagram` builds plant and effects.",
         "Hold it to a log of another motion: `mmt-drake simulate --model augmented_model.yaml` tells the error.",
     ]
-    if diagnosis.untold:
+    base = diagnosis.base
+    if base and (weak := len(base.structural) - len(base.well_told)):
         steps.append(
-            "Some inertial numbers are not told by this motion: record one that is faster and bends every joint."
+            f"{weak} of {len(base.structural)} base parameters are not told by this motion, or barely: "
+            "`mmt-drake excite --model ARM.yaml --log LOG --out motion.csv` plans one that tells more."
         )
     remark = (
         "Percent of the squared error of the model handed in, on blocks that no choice has seen, mean of the joints."
@@ -174,6 +182,41 @@ def _links(diagnosis: ArmDiagnosis) -> Iterator[Section]:
         items = [f"{link}: {', '.join(symbols)}" for link, symbols in diagnosis.untold.items()]
         text = "They stay at the file's values, or move only together with others."
         yield Section("Not told by this motion", text, items=items, inner=bool(diagnosis.parameters))
+
+
+def _base(diagnosis: ArmDiagnosis) -> Iterator[Section]:
+    base = diagnosis.base
+    if base is None:
+        return
+    worst = sorted(base.parameters, key=lambda one: -(one.deviation or 0.0) / one.size)
+    table = [
+        (
+            one.said(_TERMS),
+            one.value,
+            one.unit,
+            one.deviation,
+            percent(one.relative) if one.relative else "",
+            _barely(one),
+        )
+        for one in worst[:_WEAKEST]
+    ]
+    condition = f"{base.condition:.3g}" if np.isfinite(base.condition) else "infinite"
+    text = (
+        f"Torques tell {len(base.structural)} combinations of this arm's inertial numbers apart, and this motion "
+        f"{len(base.parameters)}. The condition number of the regressor is {condition}."
+    )
+    caption = f"The weakest, {len(table)} of {len(worst)}; diagnosis.json has all, with every term."
+    headers = ("base parameter", "as handed in", "unit", "standard deviation", "of its value", "told")
+    items = [f"Told by another motion: {one.said(_TERMS)}" for one in base.untold]
+    if base.unexcited:
+        items.append(f"Nothing in this motion depends on {', '.join(base.unexcited)}.")
+    if items:
+        items.append("Such a motion is planned by `mmt-drake excite --model ARM.yaml --log LOG --out motion.csv`.")
+    yield Section("What the motion tells", text, items=items, table=Table(headers, table, caption, digits=3))
+
+
+def _barely(one: BaseParameter) -> str:
+    return "barely" if one.barely else "well"
 
 
 def _ahead(diagnosis: ArmDiagnosis) -> Iterator[Section]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mmt_drake.arms.arm_file import ArmModel
+from mmt_drake.arms.base_parameters import BaseParameters
 from mmt_drake.arms.forward import WINDOW_S, ForwardErrors
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.diagnosis.decide.budget import BudgetPart
@@ -88,6 +89,8 @@ class ArmDiagnosis:
         forward: simulated under the recorded torque over short windows of the first log, with the model handed in and
             with what was found.
         believed: the belief about the links that was taken: none, refit, payload, ...
+        notes: sentences that go with it.
+        base: what the motion tells of the inertial numbers.
     """
 
     verdict: str
@@ -104,6 +107,7 @@ class ArmDiagnosis:
     forward: tuple[ForwardErrors, ForwardErrors] | None = None
     believed: str = "none"
     notes: tuple[str, ...] = field(default=())
+    base: BaseParameters | None = None
 
 
 def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
@@ -147,6 +151,7 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
             f"{link}.{symbol}": number(n) for link, some in diagnosis.parameters.items() for symbol, n in some.items()
         },
         "untold": {link: list(symbols) for link, symbols in diagnosis.untold.items()},
+        "base_parameters": diagnosis.base.to_data() if diagnosis.base else None,
         "joints": [
             {
                 "joint": j.name,

@@ -46,6 +46,7 @@ COMMANDS = {
     "trial": Command("trial", "the proof: concealed effects and real recordings, diagnosed and scored"),
     "fit": Command("fit", "a first model, from recordings alone"),
     "init": Command("init", "look at a file of one's own; write what its columns are, and a model to start from"),
+    "excite": Command("excite", "a motion that tells a robot arm's inertial numbers, within its joints' limits"),
     "simulate": Command("simulate", "replay a recording's probe motion through a model file"),
     "view": Command("view", "play, scrub and loop a recording in the live view"),
     "join": Command("join", "one recording of the two sides of a run on two machines"),

@@ -112,6 +112,17 @@ def test_a_motion_that_does_not_tell_says_so(folder: Path, run: Run, tmp_path: P
     document = json.loads(done.out)
     assert [joint["moves"] for joint in document["joints"]] == [True, False, False]
     assert any("did not move, and of which nothing is told: lift, bend" in note for note in document["notes"])
+    base = document["base_parameters"]
+    assert (base["rank"], base["structural_rank"], base["condition_number"]) == (1, 15, None)
+    assert len(base["another_motion_tells"]) == 15 and "post.m" in base["never_told"]
+    assert {"fore.Ixx", "fore.m"}.isdisjoint(base["unexcited"]) and "upper.mcz" not in base["never_told"]
+    (whole,) = base["parameters"]
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, [0.0, 0.2, 0.2])
+    mass = plant.CalcMassMatrixViaInverseDynamics(context)
+    assert whole["value"] / whole["terms"]["post.Izz"] == pytest.approx(mass[0, 0], rel=1e-3)
+    assert whole["relative_deviation"] > 0.0
+    assert "mmt-drake excite --model ARM.yaml --log LOG" in (tmp_path / "report.html").read_text()
 
 
 REFUSED: dict[str, tuple[dict[str, Any], tuple[object, ...], str]] = {
