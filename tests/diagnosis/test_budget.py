@@ -73,3 +73,12 @@ def test_a_fit_that_is_worse_than_the_model_handed_in_explains_nothing():
 def test_a_model_that_is_right_to_the_last_bit_leaves_noise_alone(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(Ruler, "of", lambda self, model: 0.0)
     assert shares(RUBBING, model(), "coulomb_friction", steps=1)[NOISE] == 1.0
+
+
+def test_a_body_that_loses_more_mass_than_was_handed_in_has_a_budget_all_the_same():
+    nominal, lost = model(m=0.3), {"mass_change": {"time": 9.0, "dm": -0.5}}
+    prepared = prepare([RUBBING], nominal)
+    hypothesis = Hypothesis(nominal, prepared.skew).adding(LIBRARY["mass_change"])
+    best = prepared.problem.unchanged(hypothesis, hypothesis.vector({"m": 1.0}, lost))
+    parts = budget(Ruler(prepared, prepared.problem), nominal, best, ("m",), {})
+    assert sum(part.share for part in parts) == pytest.approx(1.0)

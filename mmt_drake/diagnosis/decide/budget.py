@@ -10,7 +10,7 @@ from mmt_drake.diagnosis.fit.errors import Interval, heldout_nrmse, intervals_of
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-from mmt_drake.errors import attempt
+from mmt_drake.errors import BadInput, attempt
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
 
@@ -125,11 +125,11 @@ def budget(
     if not after < before:
         after = before
     noise = min(ruler.noise(best.model), after)
-    back = {kept: ruler.of(_taken_from(best, (), kept)) for kept in subsets(names)}
+    back = {kept: _left(ruler, best, (), kept) for kept in subsets(names)}
     ceiling = max(before, max((e for e in back.values() if math.isfinite(e)), default=before))
     back = {kept: min(e, ceiling) for kept, e in back.items()}
     shares = {name: max(shapley(name, names, back), 0.0) for name in names}
-    reset = min(ruler.of(_taken_from(best, wrong, names)), ceiling)
+    reset = min(_left(ruler, best, wrong, names), ceiling)
     shares[PARAMETERS] = max(reset - after, 0.0) if wrong else 0.0
     gone, booked = before - after, math.fsum(shares.values())
     if booked > gone:
@@ -160,6 +160,15 @@ def shapley(name: str, names: Sequence[str], errors: Mapping[frozenset[str], flo
         orders = math.factorial(len(kept)) * math.factorial(len(others) - len(kept)) / math.factorial(len(names))
         total += orders * (errors[kept] - errors[kept | {name}])
     return total
+
+
+def _left(ruler: Ruler, fitted: Fitted, reset: Collection[str], kept: Collection[str]) -> float:
+    """What `_taken_from` leaves; without bound where it is none, as a body that loses more mass than was handed in."""
+    try:
+        model = _taken_from(fitted, reset, kept)
+    except BadInput:
+        return math.inf
+    return ruler.of(model)
 
 
 def _taken_from(fitted: Fitted, reset: Collection[str], kept: Collection[str]) -> Structure:
