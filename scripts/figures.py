@@ -3,7 +3,6 @@
 NAME: of an experiment; `bench`, `bench-diagnosis`, `bench-pacing`, `bench-haptics` or `bench-faults`; of `TRIALS`.
 """
 
-import argparse
 import os
 import platform
 import subprocess
@@ -45,8 +44,10 @@ def main(names: list[str]) -> None:
     describe = ["git", "-C", ROOT, "describe", "--always", "--dirty"]
     commit = subprocess.run(describe, capture_output=True, text=True, check=True).stdout.strip()
     for name in names:
-        study = BENCHES[name]() if name in BENCHES else _trial(name) if name in TRIALS else study_of(name)
-        seed = _arguments(name).seed if name in TRIALS else 0
+        if name in TRIALS:
+            study, seed = _trial(name)
+        else:
+            study, seed = BENCHES[name]() if name in BENCHES else study_of(name), 0
         asked = Asked(Path("out") / name, seed=seed, jobs=processors(), count=COUNTS.get(name), say=print)
         begun = time.perf_counter()
         report = study.run(asked, lambda done: print(end=".", flush=True))
@@ -59,15 +60,11 @@ def main(names: list[str]) -> None:
         print(f" {name}", flush=True)
 
 
-def _arguments(name: str) -> argparse.Namespace:
-    return parser("trial").parse_args(TRIALS[name].split())
-
-
-def _trial(name: str) -> Study:
-    """The recordings of a trial of real ones are where `MMT_RECORDINGS` says."""
-    arguments = _arguments(name)
+def _trial(name: str) -> tuple[Study, int]:
+    """The study and its seed; the recordings of a trial of real ones are where `MMT_RECORDINGS` says."""
+    arguments = parser("trial").parse_args(TRIALS[name].split())
     arguments.real = arguments.real and os.environ["MMT_RECORDINGS"]
-    return trial_study(arguments)
+    return trial_study(arguments), arguments.seed
 
 
 def _index() -> str:

@@ -20,6 +20,8 @@ from mmt_drake.typed_yaml import known_keys, mapping, parse, read_text
 
 INERTIA = ("m", "mcx", "mcy", "mcz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 """The ten inertial numbers of a link, about its own frame: mass [kg], first moment [kg m], inertia [kg m^2]."""
+INERTIA_UNITS = ("kg", *["kg m"] * 3, *["kg m^2"] * 6)
+"""Theirs."""
 
 _KEYS = ("structure", "robot", "plant", "joints", "gravity", "torque", "held", "band_hz", "links", "effects")
 

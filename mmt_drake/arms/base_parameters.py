@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from mmt_drake.analysis.wording import significant
-from mmt_drake.arms.arm_file import INERTIA
+from mmt_drake.arms.arm_file import INERTIA, INERTIA_UNITS
 from mmt_drake.arms.joint_motion import REST
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
@@ -30,8 +30,6 @@ TELLS = 1e-3
 """A base parameter that is off by its size has to change the torque by this part of its size: less is not told."""
 BARELY = 0.3
 """One whose standard deviation is more than this part of its size is barely told."""
-UNITS = ("kg", *["kg m"] * 3, *["kg m^2"] * 6)
-"""Of `INERTIA`."""
 _EXACT = 1e-8
 """Of the largest diagonal element of R: smaller ones are rounding, in a regressor that is known exactly."""
 _APART = 1e-2
@@ -275,7 +273,7 @@ class BaseStructure:
             terms = {key: float(row[at]) for key, at in zip(self._keys(own), own, strict=True)}
             size = float(np.sqrt(row**2 @ self.scale**2))
             deviation = None if deviations is None else float(deviations[i])
-            found.append(BaseParameter(terms, float(row @ self.nominal), size, UNITS[own[0] % 10], deviation))
+            found.append(BaseParameter(terms, float(row @ self.nominal), size, INERTIA_UNITS[own[0] % 10], deviation))
         return tuple(found)
 
     def regressor(self, q: Array, v: Array, a: Array) -> RowsOfMotion:

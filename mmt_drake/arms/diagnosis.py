@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import signal
 
-from mmt_drake.arms.arm_file import INERTIA, ArmModel, JointEffect
+from mmt_drake.arms.arm_file import INERTIA, INERTIA_UNITS, ArmModel, JointEffect
 from mmt_drake.arms.base_parameters import BaseStructure
 from mmt_drake.arms.beliefs import Believed, settled
 from mmt_drake.arms.believed import check_places
@@ -248,7 +248,6 @@ def _parameters(
     fit: SharedFit, links: Mapping[str, tuple[float, ...]], x: Array, half: Array, blocks: Sequence[int]
 ) -> tuple[dict[str, dict[str, Number]], dict[str, tuple[str, ...]]]:
     """Inertial numbers whose interval excludes what was believed, and those that the motion does not tell."""
-    units = ("kg", *["kg m"] * 3, *["kg m^2"] * 6)
     at, parameters, untold = fit.numbers_of_links, dict[str, dict[str, Number]](), dict[str, tuple[str, ...]]()
     if not at:
         return {}, {}
@@ -257,7 +256,7 @@ def _parameters(
         own = range(10 * k, 10 * k + 10)
         untold[link] = tuple(INERTIA[i] for i, number in enumerate(own) if not told[number])
         sure = {
-            INERTIA[i]: Number(numbers[i], units[i], (numbers[i] - half[number], numbers[i] + half[number]))
+            INERTIA[i]: Number(numbers[i], INERTIA_UNITS[i], (numbers[i] - half[number], numbers[i] + half[number]))
             for i, number in enumerate(own)
             if told[number] and abs(x[number]) > half[number]
         }

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from mmt_drake.arms.arm_file import ArmModel
-from mmt_drake.errors import BadInput, readable
+from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.column_map import Taken
 from mmt_drake.recording.csv_file import read_table
@@ -147,15 +147,11 @@ def _csv(path: Path, wanted: Sequence[str]) -> dict[str, Array]:
 
 def _joint_states(path: Path, joints: Sequence[str]) -> dict[str, Array]:
     """Positions and efforts of the first topic of `sensor_msgs/JointState` that names these joints."""
-    from rosbags.highlevel import AnyReader
-    from rosbags.typesys import Stores, get_typestore
+    from mmt_drake.recording.bags import opened_bag
 
     rows: list[tuple[float, Any]] = []
-    types, topic = get_typestore(Stores.ROS2_HUMBLE), ""
-    with (
-        readable(path, "a bag", "a bag with sensor_msgs/JointState", PermissionError),
-        AnyReader([path], default_typestore=types) as reader,
-    ):
+    topic = ""
+    with opened_bag(path) as reader:
         wanted = [c for c in reader.connections if c.msgtype.endswith("msg/JointState")]
         for connection, _, raw in reader.messages(connections=wanted):
             message: Any = reader.deserialize(raw, connection.msgtype)

@@ -1,7 +1,8 @@
 """Recordings from bags: MCAP files, ROS 1 bags, ROS 2 databases and bag folders."""
 
 import bz2
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -146,6 +147,23 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
 
     Arguments and errors are those of ``load_mcap``.
     """
+    with opened_bag(path) as bag:
+        available = {connection.topic: connection.msgtype for connection in bag.connections}
+        gathering = _Gathering(str(path), available, topics)
+        _gather(bag, gathering)
+        return gathering.recording(forces, [], {})
+
+
+@contextmanager
+def opened_bag(path: Path) -> Iterator[AnyReader]:
+    """A bag of ROS 1 or 2, or a file of MCAP, that asks for no more than ``bounds`` allows.
+
+    Args:
+        path: ``.bag``, ``.db3``, ``.mcap`` or the folder of a ROS 2 bag.
+
+    Raises:
+        BadInput: it cannot be read, within the block too, or asks for more.
+    """
     source = str(path)
     with readable(source, "a bag", "a complete bag", PermissionError):
         _check_packed(path)
@@ -153,15 +171,12 @@ def load_bag(path: Path, topics: Mapping[str, str], forces: bool) -> Recording:
             for reader in bag.readers:
                 if isinstance(reader, Ros1Reader):
                     reader.chunks = {at: _bounded(chunk, source) for at, chunk in reader.chunks.items()}
-            available = {connection.topic: connection.msgtype for connection in bag.connections}
-            gathering = _Gathering(source, available, topics)
-            _gather(bag, gathering)
-            return gathering.recording(forces, [], {})
+            yield bag
 
 
 def _check_packed(path: Path) -> None:
-    """Check what rosbags unpacks whole, whatever comes of it: the files of a ROS 2 bag's folder."""
-    for file in sorted(path.glob("*.mcap")):
+    """Check what rosbags unpacks whole, whatever comes of it: a file of MCAP, or those of a ROS 2 bag's folder."""
+    for file in [path] if path.suffix == ".mcap" and path.is_file() else sorted(path.glob("*.mcap")):
         for _ in McapFile(file).chunks():
             pass
     for file in sorted(path.glob("*.zstd")):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,9 +32,9 @@ WITH_HAND = small_arm.URDF.replace(
 )
 
 
-def pendulum(folder: Path, *effects: JointEffect, **keys: object) -> ArmModel:
+def pendulum(folder: Path, *effects: JointEffect, **keys: Any) -> ArmModel:
     (folder / "pendulum.urdf").write_text(PENDULUM)
-    return ArmModel(folder / "pendulum.urdf", effects=effects, **keys)  # type: ignore[arg-type]
+    return ArmModel(folder / "pendulum.urdf", effects=effects, **keys)
 
 
 def after(model: ArmModel, seconds: float, q: list[float], v: list[float], torque: float = 0.0) -> np.ndarray:

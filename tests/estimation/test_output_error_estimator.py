@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,8 +32,8 @@ THESIS = FlexibleBoxModel(friction=Friction(Fs=0.1, Fd=0.05, v_d=0.005))
 SLIDING = [THETA.index(name) for name in ("m", "k2", "b1", "b2", "Fc")]
 
 
-def run(seen: Contact, **options: object) -> OutputErrorTrace:
-    return estimate_output_error(seen.measurement, seen.in_contact, OutputErrorOptions(**options))  # type: ignore[arg-type]
+def run(seen: Contact, **options: Any) -> OutputErrorTrace:
+    return estimate_output_error(seen.measurement, seen.in_contact, OutputErrorOptions(**options))
 
 
 @cache
@@ -238,11 +239,11 @@ def test_static_friction_is_sought_all_over_and_about_what_was_found() -> None:
         ({"prior": {"k1": -1.0}}, "prior of the .*: k1: found -1"),
     ],
 )
-def test_options_that_make_no_sense_are_refused(options: dict[str, object], message: str) -> None:
+def test_options_that_make_no_sense_are_refused(options: dict[str, Any], message: str) -> None:
     with pytest.raises(BadInput, match=message):
         if isinstance(prior := options.get("prior"), dict):
             options = {**options, "prior": Prior(**prior)}
-        OutputErrorOptions(**options)  # type: ignore[arg-type]
+        OutputErrorOptions(**options)
 
 
 def test_a_scenario_s_prior_is_refused_by_its_place() -> None:
