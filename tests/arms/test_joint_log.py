@@ -235,3 +235,12 @@ def test_factors_that_are_not_one_a_joint_are_refused(tmp_path: Path) -> None:
 
 def test_a_column_of_the_model_that_is_missing_is_told(tmp_path: Path) -> None:
     assert "expected current" in refused(npz(tmp_path / "log.npz"), tmp_path, column="current")
+
+
+def test_a_bag_with_a_record_of_more_than_it_may_hold_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = bag(tmp_path, "ros1")
+    load(path, tmp_path)
+    monkeypatch.setattr(bounds, "MOST_AT_ONCE", 1000)
+    assert "expected at most 0.0009537 MiB" in refused(path, tmp_path)
