@@ -10,7 +10,7 @@ from mmt_drake.diagnosis.fit.errors import Interval, heldout_nrmse, intervals_of
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-from mmt_drake.errors import BadInput, attempt
+from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
 from mmt_drake.recording import Recording
 
@@ -164,11 +164,8 @@ def shapley(name: str, names: Sequence[str], errors: Mapping[frozenset[str], flo
 
 def _left(ruler: Ruler, fitted: Fitted, reset: Collection[str], kept: Collection[str]) -> float:
     """What `_taken_from` leaves; without bound where it is none, as a body that loses more mass than was handed in."""
-    try:
-        model = _taken_from(fitted, reset, kept)
-    except BadInput:
-        return math.inf
-    return ruler.of(model)
+    model = attempt(_taken_from, fitted, reset, kept)
+    return math.inf if model is None else ruler.of(model)
 
 
 def _taken_from(fitted: Fitted, reset: Collection[str], kept: Collection[str]) -> Structure:
