@@ -15,6 +15,9 @@ from mmt_drake.numeric.arrays import Array
 _DIFFERENCE = 1e-3  # of a parameter's scale: friction makes a residual rough below that
 CONVERGED = 3e-4  # relative decrease of the sum of squares
 _LONGEST = 2.0  # of a parameter's scale: the longest step
+_LEAST_LEFT = 0.3
+"""In one step a parameter that is positive keeps so much of itself: a scale of speed or time that is thrown to next to
+nothing is one that the data say no more of."""
 _MOST_DAMPING = 1e8
 _IDLE = 1e-4
 """A parameter is left where it is while even the longest step of it would change the residual by no more than this part
@@ -97,7 +100,8 @@ def minimise(
             step = np.linalg.solve(normal + damping * np.diag(size), -gradient[free])
             step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
             candidate = x.copy()
-            candidate[free] = np.clip(x[free] + scale[free] * step, low[free], high[free])
+            lowest = np.where(low > 0.0, np.maximum(low, _LEAST_LEFT * x), low)
+            candidate[free] = np.clip(x[free] + scale[free] * step, lowest[free], high[free])
             r_candidate = _attempt(residual, candidate)
             simulations += 1
             if r_candidate is not None and float(r_candidate @ r_candidate + uphill @ candidate) < cost:

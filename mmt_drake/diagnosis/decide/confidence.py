@@ -158,14 +158,18 @@ def sifted(
     return standing, members, alike
 
 
-def beside_the_nameless(depth: Depth | None, share: float, nameless: float) -> Depth | None:
+def beside_the_nameless(depth: Depth | None, share: float, nameless: float, may_be_all: bool) -> Depth | None:
     """How deep a name holds beside what nobody has named.
 
     Args:
         depth: that all explanations share.
         share: of the effect in the budget.
         nameless: of what nobody has named.
+        may_be_all: whether a law that nobody has named may be all of the effect: the interval of its number then
+            reaches the value at which it does nothing.
     """
+    if may_be_all and depth is not None:
+        return "block"
     return "family" if depth == "law" and nameless > MOST_NAMELESS * share else depth
 
 

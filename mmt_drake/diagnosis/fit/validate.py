@@ -76,9 +76,14 @@ def vanishing(problem: Problem, fitted: Fitted) -> frozenset[str]:
     Intervals over blocks alone: whether another law may stand in the place of an effect is asked where explanations are
     compared, and its strength then says nothing more.
     """
-    parameters, known = fitted.hypothesis.free_parameters(), _known(problem, fitted)
+    known = _known(problem, fitted)
     half = np.hypot(known.half_width, known.t * _ACCURACY * np.abs(fitted.x))
-    spans = {p.key: (x - h, x + h) for p, x, h in zip(parameters, fitted.x, half, strict=True)}
+    return within_reach_of_nothing(fitted, [(x - h, x + h) for x, h in zip(fitted.x, half, strict=True)])
+
+
+def within_reach_of_nothing(fitted: Fitted, known_to: Sequence[tuple[float, float]]) -> frozenset[str]:
+    """Effects of a fit whose intervals, one of each free number, hold the values at which they vanish."""
+    spans = {p.key: span for p, span in zip(fitted.hypothesis.free_parameters(), known_to, strict=True)}
 
     def may_vanish(effect: Effect) -> bool:
         used = {common: _common(fitted.hypothesis, common, spans) for common in effect.uses}

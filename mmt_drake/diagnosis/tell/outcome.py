@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted
-from mmt_drake.diagnosis.fit.validate import intervals
+from mmt_drake.diagnosis.fit.validate import intervals, within_reach_of_nothing
 from mmt_drake.diagnosis.search.learn import Learned
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.prescribe import Prescription
@@ -140,9 +140,12 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         sure = judgement.verdict != "ambiguous"
         share = {part.part: part.share for part in judgement.shares}
+        may_be_nothing = within_reach_of_nothing(delivered, known_to)
         depths = {
             e.name: beside_the_untried(
-                beside_the_nameless(believed.depth(e), share.get(e.name, 0.0), share.get("nameless", 0.0)),
+                beside_the_nameless(
+                    believed.depth(e), share.get(e.name, 0.0), share.get("nameless", 0.0), e.name in may_be_nothing
+                ),
                 e,
                 _untried_for(e, named, judgement.untried),
             )
