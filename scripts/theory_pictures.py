@@ -55,6 +55,7 @@ SHOWN: Final[Mapping[str, Values]] = {
     "hysteresis": {"alpha": 300.0, "beta": 150.0},
     "contact_gap": {"gap": 0.008},
     "stiffness_drift": {"rate": 0.25},
+    "stiffness_step": {"time": 1.3, "loss": 0.5},
     "power_law_stiffness": {"k": 8500.0, "p": 1.5},
     "normal_nonlinear_stiffness": {"k3": 2e7},
     "normal_hunt_crossley_damping": {"lambda": 400.0},

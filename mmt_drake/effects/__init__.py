@@ -29,6 +29,7 @@ for _name in (
     "hysteresis",
     "contact_gap",
     "stiffness_drift",
+    "stiffness_step",
     "power_law_stiffness",
     "normal_nonlinear_stiffness",
     "normal_hunt_crossley_damping",

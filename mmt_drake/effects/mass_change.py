@@ -9,7 +9,10 @@ Mass that is lost takes its motion along; mass that comes with the body's veloci
 Easily confused with:
 
 - `second_mode`: below its resonance a hung mass is a mass more; strokes through its resonance tell them apart.
+- `stiffness_step`: both change the object at one moment; slow strokes tell them apart, in which a mass does not show.
 """
+
+from numba import njit
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.effects.passivity import Passive
@@ -21,18 +24,23 @@ PASSAGE = 2e-3
 """Time that the change takes [s]."""
 
 
+@njit(cache=True, inline="always")
+def passed(t: float, time: float) -> float:
+    """How much of what changes at `time` [s] has changed at `t`: 0 before, 1 after, smoothly within `PASSAGE`."""
+    part = min(max((t - time) / PASSAGE + 0.5, 0.0), 1.0)
+    return part * part * (3.0 - 2.0 * part)
+
+
 @law(Slot.INERTIA)
 def _payload(at: At, q: Own, p: Numbers) -> Result:
     time, dm = p[0], p[1]
-    part = min(max((at.t - time) / PASSAGE + 0.5, 0.0), 1.0)
-    return dm * part * part * (3.0 - 2.0 * part), 0.0, 0.0, 0.0
+    return dm * passed(at.t, time), 0.0, 0.0, 0.0
 
 
 @law(Slot.BODY)
 def _weight(at: At, q: Own, p: Numbers) -> Result:
     time, dm, g = p[0], p[1], p[2]
-    part = min(max((at.t - time) / PASSAGE + 0.5, 0.0), 1.0)
-    return -g * dm * part * part * (3.0 - 2.0 * part), 0.0, 0.0, 0.0
+    return -g * dm * passed(at.t, time), 0.0, 0.0, 0.0
 
 
 def _change(model: Structure, values: Values) -> Structure:

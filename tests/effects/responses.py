@@ -43,6 +43,7 @@ SOME = {
     "hysteresis": {"alpha": 300.0, "beta": 150.0},
     "contact_gap": {"gap": 0.004},
     "stiffness_drift": {"rate": 0.2},
+    "stiffness_step": {"time": 1.6, "loss": 0.4},
     "power_law_stiffness": {"k": 9000.0, "p": 1.5},
     "normal_nonlinear_stiffness": {"k3": 2e7},
     "normal_hunt_crossley_damping": {"lambda": 300.0},

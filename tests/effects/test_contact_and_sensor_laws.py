@@ -87,6 +87,12 @@ def test_a_gap_kills_spring_and_damper_within_it_and_shortens_the_deflection_bey
     assert beyond.any() and not beyond.all()
 
 
+def _passed(time: float) -> np.ndarray:
+    """0 before and 1 after, by a cubic without slope at its ends within 1 ms before and after."""
+    part = np.clip((T - time) / 2e-3 + 0.5, 0.0, 1.0)
+    return part**2 * (3.0 - 2.0 * part)
+
+
 def test_further_springs_and_dampers_are_their_formulas():
     x, v = wave()
     d = x - 0.003
@@ -95,6 +101,7 @@ def test_further_springs_and_dampers_are_their_formulas():
         ("nonlinear_stiffness", {"k3": -2e5}, 2e5 * d**3),
         ("hunt_crossley_damping", {"lambda": 30}, -B * v * 30 * np.abs(d)),
         ("stiffness_drift", {"rate": 0.2}, -K * 0.2 * T * d),
+        ("stiffness_step", {"time": 0.5005, "loss": 0.4}, K * 0.4 * _passed(0.5005) * d),
     ):
         extra = force(x, v, x0=0.003, **{name: values}) - linear
         np.testing.assert_allclose(extra, expected, atol=1e-12)

@@ -33,6 +33,7 @@ hardening_relaxation contact k3_maxwell tau
 hysteresis contact alpha beta
 contact_gap contact gap
 stiffness_drift contact rate
+stiffness_step contact time loss
 power_law_stiffness contact k p
 normal_nonlinear_stiffness contact k3
 normal_hunt_crossley_damping contact lambda
@@ -214,6 +215,7 @@ dry_friction coulomb_friction asymmetric_friction static_friction stribeck_frict
 dry_friction probe_slip load_dependent_friction smooth_coulomb_friction dahl_friction elastoplastic_play
 viscous viscous_friction asymmetric_viscous_friction quadratic_drag
 contact_stiffness nonlinear_stiffness contact_gap stiffness_drift power_law_stiffness
+contact_stiffness stiffness_step
 contact_stiffness normal_nonlinear_stiffness normal_stiffness_drift
 contact_loss hunt_crossley_damping viscoelastic_relaxation hardening_relaxation hysteresis
 contact_loss normal_hunt_crossley_damping normal_viscoelastic_relaxation normal_hardening_relaxation normal_hysteresis

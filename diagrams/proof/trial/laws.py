@@ -127,6 +127,7 @@ LAWS: Final[dict[str, Hidden]] = {
     "hysteresis": Hidden("contact", _bouc_wen),
     "contact_gap": Hidden("contact", _same("gap")),
     "stiffness_drift": Hidden("contact", _set(drift_rate="rate")),
+    "stiffness_step": Hidden("contact", _set(step_loss="loss", step_time="time")),
     "constant_force": Hidden("body", lambda s, p: s._replace(F=s.F + p["F"])),
     "ground_spring": Hidden("body", lambda s, p: s._replace(k1=s.k1 + p["k"])),
     "mass_change": Hidden("body", _set(mass_time="time", dm="dm")),
@@ -154,7 +155,6 @@ LAWS: Final[dict[str, Hidden]] = {
         "contact", _set(load_gain="gain", load_at="load", load_width="width"), family="contact_stiffness"
     ),
     "probe_slip": Hidden("contact", _set(slip_mu="mu"), family="dry_friction"),
-    "stiffness_step": Hidden("contact", _set(step_loss="loss", step_time="time"), family="contact_stiffness"),
     "loose_mass": Hidden(
         "body", _set(loose_m="m", loose_clearance="clearance", loose_restitution="restitution"), family="inertia"
     ),

@@ -110,6 +110,10 @@ def _mass_change(scene: Baseline, size: float) -> Values:
     return {"time": scene.duration * scene.rng.uniform(0.3, 0.7), "dm": part * scene.base["m"]}
 
 
+def _stiffness_step(scene: Baseline, size: float) -> Values:
+    return {"time": scene.duration * scene.rng.uniform(0.35, 0.65), "loss": log(0.02, 0.6, size)}
+
+
 def _second_mode(scene: Baseline, size: float) -> Values:
     m2, hertz = log(0.04, 1.2, size) * scene.base["m"], scene.between(1.5, 6.0)
     k = scene.natural(hertz, m2)
@@ -167,10 +171,6 @@ def _run_in(scene: Baseline, size: float) -> Values:
     return {"loss": log(0.3, 0.75, size), "distance": 0.2 * float(np.sum(np.abs(np.diff(scene.travel))))}
 
 
-def _stiffness_step(scene: Baseline, size: float) -> Values:
-    return {"loss": log(0.2, 0.6, size), "time": scene.duration * scene.rng.uniform(0.35, 0.65)}
-
-
 def _heating(scene: Baseline, size: float) -> Values:
     mean_power = scene.base["b1"] * 0.04**2
     return {"power": mean_power / log(0.5, 3.0, size), "tau": scene.between(1.5, 5.0)}
@@ -192,6 +192,7 @@ SIZES: Final[dict[str, Callable[[Baseline, float], Values]]] = {
     "hysteresis": _hysteresis,
     "contact_gap": lambda scene, size: {"gap": log(2e-5, 4e-3, size)},
     "stiffness_drift": lambda scene, size: {"rate": _drift(scene, size) / scene.duration},
+    "stiffness_step": _stiffness_step,
     "constant_force": lambda scene, size: {"F": scene.sign() * log(0.02, 0.6, size)},
     "ground_spring": lambda scene, size: {"k": log(1.0, 150.0, size)},
     "mass_change": _mass_change,
@@ -220,7 +221,6 @@ SIZES: Final[dict[str, Callable[[Baseline, float], Values]]] = {
     "run_in_softening": _run_in,
     "load_stiffening": _load_stiffening,
     "probe_slip": _probe_slip,
-    "stiffness_step": _stiffness_step,
     "loose_mass": _loose_mass,
     "table_vibration": _table_vibration,
     "sensor_play": lambda scene, size: {"width": log(0.15, 0.8, size)},
