@@ -203,7 +203,8 @@ class _Session:
             outcome = outcome_of(self.prepared, self.model, judgement)
             named = outcome.diagnosis.effects[: len(judgement.best.hypothesis.effects)]
             settled = judgement.verdict != "ambiguous" and all(e.certain == "law" for e in named)
-            return outcome if settled else self._prescribed(outcome, believed.members)
+            # A name that nothing else stands against is unsure for want of time, or of a law: no motion would tell.
+            return outcome if settled or len(believed.members) == 1 else self._prescribed(outcome, believed.members)
         if at_bounds(refit):
             return self._refused_at_bounds(refit)
         judgement = self._with_table(problem, nothing, polished)

@@ -75,6 +75,13 @@ def test_concealed_friction_is_named_with_its_level():
     assert found.tried == len(SOME)  # each alone: the best leaves only noise
 
 
+def test_a_name_that_is_unsure_for_want_of_time_asks_for_no_other_motion():
+    library = [LIBRARY[name] for name in (*SOME, "hysteresis", "static_friction")]
+    found = diagnose([recorded(COULOMB, seed=3, seconds=SECONDS)], model(), library=library, time_budget=1e-3).diagnosis
+    assert [(e.name, e.block) for e in found.effects] == [("coulomb_friction", "friction")]
+    assert found.untried and found.effects[0].certain != "law" and found.next_recording is None
+
+
 def test_with_what_was_missing_held_out_data_are_predicted_to_the_noise():
     fit = diagnosed(COULOMB, k2=0.9 * BASE["k2"], b2=1.1 * BASE["b2"]).diagnosis.fit
     assert fit is not None and fit.noise_floor is not None
