@@ -141,6 +141,8 @@ class Effect:
         block_of: of an effect in the block `any`: where it acts with these values.
         uses: common symbols of the structure that the law reads (before `replaces` takes effect).
         needs: of them those that must not be 0, else there is nothing for it to act on.
+        sought_beside: common symbols beside which alone a search tries it: a branch beside a spring that is not there
+            draws any fall. A model file may say it all the same.
         inertial: whether a body that moves by itself needs inertia for it: friction that falls with speed makes one
             without jump.
         replaces: the common symbol (Fc, b) whose place it takes, if any.
@@ -172,6 +174,7 @@ class Effect:
     block_of: Callable[[Values], str] | None = None
     uses: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    sought_beside: tuple[str, ...] = ()
     inertial: bool = False
     replaces: str | None = None
     adds_to: str | None = None

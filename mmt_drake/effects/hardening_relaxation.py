@@ -48,6 +48,7 @@ EFFECT = Effect(
     source="Fung 1993, Biomechanics: Mechanical Properties of Living Tissues, section 7.6",
     law=_hardening_branch,
     uses=("m",),
+    sought_beside=("k2",),
     passive=ALWAYS,
     engages=relaxes,
     holds=("nonlinear_stiffness",),  # where it hardly relaxes

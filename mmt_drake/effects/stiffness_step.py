@@ -32,6 +32,7 @@ EFFECT = Effect(
     source="Dimarogonas 1996, Vibration of cracked structures, Engineering Fracture Mechanics 55(5)",
     law=_step,
     uses=("k2",),
+    sought_beside=("k2",),
     engages=lambda values, ranges: ranges["time"][0] < values["time"] < ranges["time"][1],
     starts=lambda scales: [{"time": k / 13.0 * scales.duration, "loss": 0.3} for k in range(1, 13)],
 )

@@ -58,6 +58,7 @@ EFFECT = Effect(
     source="Maxwell 1867, Phil. Trans. R. Soc. 157; Wiechert 1893, Annalen der Physik 286(10)",
     law=_maxwell,
     stiffness=lambda values: values["k_maxwell"],
+    sought_beside=("k2",),
     passive=ALWAYS,
     engages=relaxes,
     starts=_starts,

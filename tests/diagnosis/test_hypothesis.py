@@ -297,6 +297,12 @@ def test_every_pair_that_is_admitted_makes_a_model_that_a_file_can_hold(model):
             assert made == parse_model(model_data(model, list(pair.items()))), f"{one} + {other}"
 
 
+def test_a_branch_beside_a_spring_is_sought_only_where_there_is_a_spring():
+    beside = {"viscoelastic_relaxation", "hardening_relaxation", "stiffness_step"}
+    assert not beside & admitted(Hypothesis(replace(DRIVEN, k=0.0)))
+    assert beside <= admitted(Hypothesis(replace(DRIVEN, k=90.0)))
+
+
 def test_what_is_not_admitted_cannot_be_added():
     with pytest.raises(BadInput, match="found stribeck_friction beside"):
         beside(BOX, "static_friction", "stribeck_friction")

@@ -168,9 +168,7 @@ def beside_the_nameless(depth: Depth | None, share: float, nameless: float, may_
         may_be_all: whether a law that nobody has named may be all of the effect: the interval of its number then
             reaches the value at which it does nothing.
     """
-    if may_be_all and depth is not None:
-        return "block"
-    return "family" if depth == "law" and nameless > MOST_NAMELESS * share else depth
+    return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
 
 
 def beside_the_untried(depth: Depth | None, effect: Effect, others: Iterable[Effect]) -> Depth | None:

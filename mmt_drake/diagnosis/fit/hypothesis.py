@@ -283,6 +283,8 @@ class Hypothesis:
             return False
         if effect.adds_to is not None and nominal.value(effect.adds_to) != 0.0:
             return False
+        if any(nominal.value(symbol) == 0.0 for symbol in effect.sought_beside):
+            return False
         constant = _CONSTANTS.get(effect.name)
         if constant in self.nominal.ALWAYS or (
             constant is not None and constant in nominal.determinable and self._size(constant) > 0.0
