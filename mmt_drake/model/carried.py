@@ -1,7 +1,7 @@
 """An object that a grasp carries: weight, inertia and swing in free space.
 
-The object is a rod of mass m that hangs upright from the grasp, its centre c below it, and turns about its own centre with
-the inertia of a thin rod gripped at its end, I = m c^2 / 3. The grasp holds it as the contact of
+The object is a rod of mass m that hangs upright from the grasp, its centre c below it, and turns about its own centre
+with the inertia of a thin rod gripped at its end, I = m c^2 / 3. The grasp holds it as the contact of
 `mmt_drake.model.flexible_box` does, but either way: by k2, b2 along x and y, by k, b along z. With the centre at r, the
 angle theta of the swing, and p = r - c theta where it is gripped, each lateral axis is, for small angles::
 
@@ -161,7 +161,7 @@ def slip(state: Array, motion: Array, most: float, p: Array) -> float:
 
 @njit(cache=True)
 def stored(state: Array, tip: Array, p: Array) -> float:
-    """Energy [J] with the tip (3) there [m]: of motion, of height over the table, of the swing, of the grasp's springs."""
+    """Energy [J] with the tip (3) there [m]: of motion, height over the table, swing and the grasp's springs."""
     m, c = p[MASS], p[CENTRE]
     energy = 0.5 * m * state[CLIMB] ** 2 + m * GRAVITY * state[HEIGHT]
     energy += 0.5 * p[NORMAL_K] * (tip[2] - state[HEIGHT] - state[ANCHOR_Z]) ** 2

@@ -69,7 +69,9 @@ def test_a_step_is_that_of_an_independent_integrator():
 @pytest.mark.parametrize("seed", range(20))
 def test_no_numbers_and_no_step_make_energy(seed):
     random = np.random.default_rng(seed)
-    p = np.exp(random.uniform(np.log([0.02, 5.0, 0.01, 10.0, 0.01, 0.005, 1e-3]), np.log([5, 5e3, 200, 5e3, 200, 0.2, 1])))
+    p = np.exp(
+        random.uniform(np.log([0.02, 5.0, 0.01, 10.0, 0.01, 0.005, 1e-3]), np.log([5, 5e3, 200, 5e3, 200, 0.2, 1]))
+    )
     state, tip = held(p)
     energy, given = law.stored(state, tip, p), 0.0
     for _ in range(2000):
@@ -82,7 +84,7 @@ def test_no_numbers_and_no_step_make_energy(seed):
 
 def test_a_grip_holds_at_most_its_friction_and_says_how_far_it_slips():
     state, tip = held()
-    motion = np.concatenate([tip + [0.004, 0.0, 0.002], np.zeros(3)])
+    motion = np.concatenate([tip + np.array([0.004, 0.0, 0.002]), np.zeros(3)])
     before = math.sqrt(sum(law.pull_of(state, i, motion, P) ** 2 for i in range(3)))
     slipped = law.slip(state, motion, 4.0, P)
     after = math.sqrt(sum(law.pull_of(state, i, motion, P) ** 2 for i in range(3)))
