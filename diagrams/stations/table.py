@@ -184,6 +184,7 @@ READS: Final = {
     "live_view.model_status": "estimator.model_status | to_operator.model_status",
     "live_view.model": "told_model",
     "live_view.learner_status": "learner.status",
+    "live_view.carried": "load.carried | to_operator.carried",
     "live_view.estimated_force": "local_frame.estimated | estimator.estimated_force",
     "live_view.true_force": "environment.force",
     "live_view.point_cloud": "surface",

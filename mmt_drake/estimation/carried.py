@@ -238,6 +238,7 @@ def _begin(memory: Array, theta: Array, v: tuple[float, float, float], h: float)
         for i in range(2):
             memory[_BANK + 6 * j + 3 * i] = v[i]
     memory[_YY] = memory[_YX] = memory[_XX] = memory[_COUNT] = memory[_ACROSS] = 0.0
+    memory[_HOW] = LEARNING
     for i in range(3):
         memory[_TOLD + i] = memory[_SURE + i] = 0.0
     if theta[_M] > 0.0:

@@ -59,6 +59,7 @@ def test_the_mass_begins_with_what_pushing_has_told():
     _t, _held, out = followed()
     lifted = int(np.argmax(out[:, told.LOAD] == told.CARRIED))
     assert out[lifted, told.LOAD + 1] == THETA[0]
+    assert np.all(out[: lifted + 200, told.STATUS] == told.LEARNING)
     assert np.all(followed(theta=np.full(10, np.nan))[2][:, told.LOAD + 1] == 0.0)
 
 

@@ -87,6 +87,7 @@ class CarryingCase:
         number: of the draw.
         kind: `CarryingKind.label`, or what became of the velocity.
         force: error of the rendered force while it is carried, against the plant's without noise a delay later, RMS.
+        across: the same along x and y alone, where only the swing is felt: before its centre is told, none is.
         mass: error of the mass 3 s after it was lifted.
         late_s: how far lift and landing of the operator's copy, and as the telerobot tells them, are from the truth at
             most [s].
@@ -98,6 +99,7 @@ class CarryingCase:
     number: int
     kind: str
     force: float | None
+    across: float | None
     mass: float | None
     late_s: float | None
     slip_s: float | None
@@ -143,13 +145,19 @@ def measured(number: int, kind: CarryingKind, recording: Recording, m: float, pa
     return CarryingCase(
         number,
         kind.label,
-        None if kind.slips else float(np.sqrt(np.mean(off**2) / np.mean(truth[there][both] ** 2))),
+        None if kind.slips else _share(off, truth[there][both]),
+        None if kind.slips else _share(off[:, :2], truth[there][both][:, :2]),
         None if kind.slips else float(abs(told / m - 1.0)),
         None if kind.slips else float(late),
         slip,
         float(max(0.0, -energy.min())),
         pace,
     )
+
+
+def _share(off: Array, of: Array) -> float:
+    """RMS of the one over that of the other."""
+    return float(np.sqrt(np.mean(off**2) / np.mean(of**2)))
 
 
 @njit(cache=True)
@@ -214,7 +222,7 @@ def run_adversary(number: int, seed: int) -> CarryingCase:
         renderer_rule(EnergyPermitting(), STEP, 1),
         float(random.choice([0.0, 0.5, 5.0])),
     )
-    return CarryingCase(number, f"adversary, velocity {signal}", None, None, None, None, max(0.0, -given), None)
+    return CarryingCase(number, f"adversary, velocity {signal}", None, None, None, None, None, max(0.0, -given), None)
 
 
 def tasks_of(count: int, seed: int) -> list[partial[CarryingCase]]:
@@ -276,10 +284,17 @@ def carrying_table(cases: Sequence[CarryingCase]) -> Table:
     """Run by run."""
     rows: list[list[Cell]] = []
     for case in cases:
-        parts = [None if error is None else 100.0 * error for error in (case.force, case.mass)]
+        parts = [None if error is None else 100.0 * error for error in (case.force, case.across, case.mass)]
         times = [None if span is None else 1e3 * span for span in (case.late_s, case.slip_s)]
         rows.append([case.kind, case.number, *parts, *times, case.given, None if not case.pace else 1.0 / case.pace])
-    headers = ["plant and delay", "draw", "force off [%]", "mass off after 3 s [%]", "lift and landing late [ms]"]
+    headers = [
+        "plant and delay",
+        "draw",
+        "force off [%]",
+        "along x and y [%]",
+        "mass off after 3 s [%]",
+        "lift and landing late [ms]",
+    ]
     more = ["slip told after [ms]", "energy given [J]", "times real time"]
     return Table([*headers, *more], rows, "What was felt, and what was told.")
 
