@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
@@ -22,6 +23,7 @@ from mmt_drake.quantities import Quantity, quantities
 from mmt_drake.surfaces import Cylinder, HeightField, Mesh, Plane, Saddle, Shape, Sphere, Step, locate
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.foreign_box import ForeignBoxSystem
+from mmt_drake.systems.graspable_box import GraspableBox, Hang
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.site import Site
@@ -44,6 +46,7 @@ class SensedObject:
         cloud: how its top is seen.
     """
 
+    laws_when_carried: ClassVar[Literal["own", "foreign"]] = "own"
     object: FlexibleBoxModel = FlexibleBoxModel(friction=THESIS_FRICTION)
     noise: SensorNoise = SensorNoise()
     cloud: SurfaceCloud | SimulatedDepthCamera | DepthCamera = SurfaceCloud()
@@ -65,13 +68,23 @@ class SensedObject:
             return _still(site.surface.shown)
         if site.scenario.shape is not None:
             _check_start(site, site.scenario.shape)
-        return self.simulated(
+        carrying = site.scenario.carrying
+        return (self.simulated if carrying is None else partial(self.graspable, carrying.hang))(
             period=site.step,
             noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + _NOISE_SEED),
             surface=site.surface.shown,
             cloud_period=1.0 / self.cloud.rate,
             cloud_noise=site.surface.noise,
         )
+
+    def graspable(self, hang: Hang, **shown: Any) -> System:
+        """The object in simulation where a grip may carry it; `shown` as for `simulated`."""
+        return GraspableBox(self.object, hang, laws=self.laws_when_carried, **shown)
+
+    @property
+    def plain(self) -> bool:
+        """Whether there is nothing but an object and white noise."""
+        return True
 
     def sensing(self) -> str | None:
         """The first field that says something of sensors, if any does: a telerobot has its own."""
@@ -117,6 +130,7 @@ class ForeignBox(SensedObject):
         surface: height of the true surface above where it is seen and rendered, z = 0 [m].
     """
 
+    laws_when_carried = "foreign"
     sensors: ForeignSensors = ForeignSensors()
     laws: ForeignLaws = ForeignLaws()
     surface: Annotated[float, Quantity("m", -0.02, 0.02)] = 0.0
@@ -132,6 +146,11 @@ class ForeignBox(SensedObject):
     def sensing(self) -> str | None:
         """See `SensedObject.sensing`."""
         return super().sensing() or (None if self.sensors == ForeignSensors() else "sensors")
+
+    @property
+    def plain(self) -> bool:
+        """See `SensedObject.plain`."""
+        return (self.sensors, self.laws, self.surface) == (ForeignSensors(), ForeignLaws(), 0.0)
 
     def simulated(self, **shown: Any) -> System:
         """See `SensedObject.simulated`."""

@@ -88,6 +88,13 @@ def stamps(config: ChannelConfig, period: float) -> Diagram:
     return builder.Build()
 
 
+def grip_to_telerobot(site: Site) -> System | None:
+    """The grip, in the packets that carry the motion: with their seed."""
+    if site.scenario.carrying is None:
+        return None
+    return network_channel(site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED), 1, site.step)
+
+
 def measured_stamps(site: Site) -> System | None:
     """The stamps of the measurement where it comes late: through a compensation."""
     if "compensation" not in site.parts or "held_body" not in returned(site.scenario):

@@ -36,6 +36,7 @@ RETURNED: Final = {
     "held_body": Returned("estimator.held_body", HELD_SIZE),
     "model_status": Returned("estimator.model_status", 1),
     "model": Returned("estimator.model", MESSAGE_SIZE, kept=True, may_be_nan=True),
+    "carried": Returned("load.carried", 5),
     "remote_force": Returned("measurement[6:9]", 3),
     "remote_energy": Returned("telerobot.energy_in", 3, kept=True),
 }
@@ -51,4 +52,5 @@ def returned(scenario: Scenario) -> dict[str, int]:
     missing |= {"model"} if scenario.learner is None else set()
     missing |= {"in_contact"} if scenario.seen_by_operator else set()
     missing |= set() if scenario.shape is None else {"held_body"}  # it counts along another frame
-    return {name: RETURNED[name].size for name in scenario.renderer.receives if name not in missing}
+    asked = (*scenario.renderer.receives, *(("carried",) if scenario.carrying is not None else ()))
+    return {name: RETURNED[name].size for name in asked if name not in missing}

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from mmt_drake.ceilings import Option, looser_options
 from mmt_drake.cloud import ProxySettings
+from mmt_drake.diagrams.stations.carrying import Carrying
 from mmt_drake.diagrams.stations.device_options import Franka, Omega
 from mmt_drake.diagrams.stations.environment import Environment, ForeignBox
 from mmt_drake.diagrams.stations.estimators import EstimatorOptions
@@ -62,6 +63,7 @@ class Scenario:
         estimator: the telerobot's estimator: the thesis's, the one whose model runs freely, or one's own.
         renderer: what the operator feels; `!OwnRenderer`: one's own.
         learner: names physics that the estimator's numbers leave out, while it is felt; null: nobody does.
+        carrying: a grip that lifts and carries the object; null: there is none.
         switching: whose contact detector switches the renderer's model: the telerobot's, whose flag crosses the
             network, or a second one beside the operator, which sees the cloud that the network has brought.
         clouds: what is recorded of the point clouds: none, light (1 Hz, 5000 points at most) or full.
@@ -84,6 +86,7 @@ class Scenario:
     estimator: EstimatorOptions = RlsOptions()
     renderer: Renderer = field(default_factory=ImpedanceReflection)
     learner: Learning | None = None
+    carrying: Carrying | None = None
     switching: Literal["telerobot", "operator"] = "telerobot"
     clouds: Literal["none", "light", "full"] = "light"
 
@@ -99,11 +102,27 @@ class Scenario:
             raise BadInput("scenario", at="switching", found=self.switching, expected=expected)
         if self.learner is not None:
             self._check_learner()
+        if self.carrying is not None:
+            self._check_carrying()
         if self.telerobot is not None and (said := self.environment.sensing()) is not None:
             expected = "telerobot.sensor.noise: a telerobot measures by itself"
             raise BadInput(
                 "scenario", at=f"environment.{said}", found=getattr(self.environment, said), expected=expected
             )
+
+    def _check_carrying(self) -> None:
+        """Refuse what is not carried, or not felt while it is."""
+        world, renderer = self.environment, self.renderer
+        known = isinstance(renderer, ImpedanceReflection) and renderer.arm is None and renderer.mu is None
+        for at, bad, found, expected in (
+            ("environment.surface", self.shape is not None, "a surface that is not level", "null"),
+            ("environment", not world.plain, "laws or sensors of a !ForeignBox", "none"),
+            ("telerobot", self.telerobot is not None, "a telerobot", "null: the grip is at the hand's place"),
+            ("learner", self.learner is not None, "a learner", "null"),
+            ("renderer", not known, renderer.name, "!ImpedanceReflection without arm and mu"),
+        ):
+            if bad:
+                raise BadInput("scenario", at=at, found=found, expected=f"{expected}, where there is `carrying`")
 
     def _check_learner(self) -> None:
         """Refuse a learner whose news nobody would take up."""

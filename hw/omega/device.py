@@ -1,6 +1,8 @@
 """The device itself: opened, set up, read, commanded a force, and brought to rest whatever happens."""
 
 import contextlib
+import ctypes
+import math
 import time
 import weakref
 from collections.abc import Callable
@@ -39,6 +41,9 @@ class OmegaDevice(Closing):
         self._button = settings.clutch_button
         #: Whether the clutch button is pressed.
         self.clutched = False
+        #: The trigger's opening, as it was read last [m]; not read where there is no trigger.
+        self.gap = 0.0
+        self._trigger, self._gap = settings.trigger, ctypes.c_double(0.0)
         #: (6) what `read` read last: position [m] and velocity [m/s], device frame.
         self.reading = np.zeros(6)
         #: When the position was read, and how long that took [s].
@@ -50,6 +55,8 @@ class OmegaDevice(Closing):
         self._running = self._wanted = False
         self._get_position, self._get_velocity = sdk.fast.getPosition, sdk.fast.getLinearVelocity
         self._set_force, self._get_button = sdk.dhd.setForce, sdk.dhd.getButton
+        self._set_both, self._get_gap = sdk.dhd.setForceAndGripperForce, sdk.dhd.getGripperGap
+        self._opens = 1.0
         self._id = int(sdk.drd.open() if settings.device is None else sdk.drd.openID(settings.device))
         if self._id < 0:
             raise DeviceError(f"omega: cannot open the device: {describe_fault(self._error())}{_OPEN_ADVICE}")
@@ -79,6 +86,10 @@ class OmegaDevice(Closing):
         self._check(dhd.configLinearVelocity(round(1e3 * settings.velocity_window), ID=index), "velocity window")
         if settings.clutch_button == 0 and dhd.hasGripper(index):
             self._check(dhd.emulateButton(True, index), "clutch button: the gripper as a button")
+        if settings.trigger is not None:
+            if not dhd.hasGripper(index):
+                raise DeviceError("omega: trigger: the device has no gripper; set trigger to null")
+            self._opens = -1.0 if dhd.isLeftHanded(index) else 1.0  # as in the vendor's own examples
         if settings.watchdog is not None:
             self._check(expert.enableExpertMode(), "expert mode")
             done = expert.setWatchdog(settings.watchdog_units, index)
@@ -103,6 +114,12 @@ class OmegaDevice(Closing):
         self.read_at = before + 0.5 * self.read_for
         if bad or self._get_velocity(self._velocity, index) < 0:
             return self._error()
+        if self._trigger is not None:
+            if self._get_gap(self._gap, index) < 0:
+                return self._error()
+            if not math.isfinite(self._gap.value):
+                return int(HandFault.BAD_READING)
+            self.gap = self._gap.value
         if self._running:
             if self._wanted:
                 self._wanted = False
@@ -116,8 +133,10 @@ class OmegaDevice(Closing):
                 self.clutched = self._button is not None and self._get_button(self._button, index) > 0
         return self._forces_fault
 
-    def set_force(self, force: Array) -> int:
-        """Have the device make a force (3) [N] in its own frame; gives a fault code."""
+    def set_force(self, force: Array, opening: float = 0.0) -> int:
+        """Have the device make a force (3) [N] in its own frame, and open its trigger [N]; gives a fault code."""
+        if self._trigger is not None:
+            return self._error() if self._set_both(force, self._opens * opening, self._id) < 0 else _NONE
         return self._error() if self._set_force(force, self._id) < 0 else _NONE
 
     def pose(self) -> tuple[Array, Array]:

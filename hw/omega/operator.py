@@ -40,7 +40,8 @@ class OmegaOperator(LeafSystem, Closing):
         - reported_motion
         - device
 
-    Ports:
+    Ports, and with `OmegaSettings.trigger` an input `gain` (1: of the supervisor, 0 to 1, on the trigger's spring) and
+    an output `grip` (1: force [N] that the trigger stands for; what it was last while a reading fails):
 
     - `force` (3): rendered force [N], table frame.
     - `motion` (6): position [m] and velocity [m/s] of the hand, table frame; where it was last while a reading fails.
@@ -78,6 +79,7 @@ class OmegaOperator(LeafSystem, Closing):
         self._frame = frames.frame_vector(settings)
         self._told_clock = clock if supervisor_clock is None else supervisor_clock
         self._started, self._send_fault = False, 0
+        self._trigger, self._grip, self._gain = settings.trigger, np.zeros(1), None
         # Compiles before the clock starts.
         parts = self._motion.copy(), self._state.copy(), self._clutch.copy()
         frames.take_reading(*parts, np.zeros(6), 0, False, 0.0, self._frame)
@@ -95,6 +97,9 @@ class OmegaOperator(LeafSystem, Closing):
         self.DeclareStateOutputPort("motion", self.DeclareDiscreteState(self._motion))
         self.DeclareStateOutputPort("reported_motion", self.DeclareDiscreteState(self._reported))
         self.DeclareStateOutputPort("device", self.DeclareDiscreteState(self._state))
+        if settings.trigger is not None:
+            (self._gain,) = self.declare_inputs(gain=1)
+            self.DeclareStateOutputPort("grip", self.DeclareDiscreteState(self._grip))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
@@ -116,6 +121,8 @@ class OmegaOperator(LeafSystem, Closing):
         values.get_mutable_value(0)[:] = self._motion
         values.get_mutable_value(1)[:] = self._reported
         values.get_mutable_value(2)[:] = self._state
+        if self._trigger is not None:
+            values.get_mutable_value(3)[:] = self._grip
 
     def _read_device(self, earlier_fault: int = 0) -> None:
         device = self.device
@@ -123,6 +130,8 @@ class OmegaOperator(LeafSystem, Closing):
         reading, clutched, told = device.reading, device.clutched, self._told_clock()
         frames.take_reading(self._reported, self._state, self._clutch, reading, fault, clutched, told, self._frame)
         self._motion[:] = self._reported
+        if self._trigger is not None and self._state[0] == 0.0:
+            self._grip[0] = self._trigger.grip_at(device.gap)
         if self._state[0] == 0.0 and not clutched and device.read_for <= _LONGEST_READING:
             take_position(self._positions, device.read_at, self._motion)
             keep_near(self._motion, self._reported)
@@ -130,12 +139,19 @@ class OmegaOperator(LeafSystem, Closing):
     def _update(self, context: Context, state: DiscreteValues) -> None:
         try:
             force = self._force.Eval(context)
+            gain = 0.0 if self._gain is None else float(self._gain.Eval(context)[0])
         except BaseException:  # whatever it is, and Ctrl-C too: no force stays on while it is dealt with
             self._send(np.zeros(3))
             raise
-        self._send(force)
+        self._send(force, gain)
 
-    def _send(self, force: Array) -> None:
-        """Have the device make a force (3) [N], table frame; what goes wrong is reported at the next reading."""
+    def _send(self, force: Array, gain: float = 0.0) -> None:
+        """Have the device make a force (3) [N], table frame; what goes wrong is reported at the next reading.
+
+        The trigger's spring goes with the gain, and is none while a reading fails.
+        """
         bad = frames.force_on_hand(self._state, self._clutch, force, self._frame, self._sent)
-        self._send_fault = self.device.set_force(self._sent) or bad
+        opening = 0.0
+        if self._trigger is not None and self._state[0] == 0.0 and bad == 0:
+            opening = self._trigger.spring_at(self.device.gap, gain)
+        self._send_fault = self.device.set_force(self._sent, opening) or bad

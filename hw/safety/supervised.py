@@ -23,7 +23,8 @@ def supervised(
     """A hand that only ever gets what a supervisor lets through.
 
     Its ports are those of a hand, `force` and `motion`, with `status` (6, of `SafetySupervisor`), `applied_force` (3,
-    what the hand gets [N]), `switches` (2, of the switch) and, if anything is watched, `ages`. The parts are `hand`,
+    what the hand gets [N]), `switches` (2, of the switch) and, if anything is watched, `ages`; of a hand with a trigger
+    `grip` (1) [N], whose spring goes with the gain on the force. The parts are `hand`,
     `safety` and `switch`.
 
     Args:
@@ -61,6 +62,12 @@ def supervised(
     parts = builder.AddSystem(Demultiplexer([*sizes, readout.size() - sum(sizes)]))
     builder.Connect(readout, parts.get_input_port())
     builder.Connect(parts.get_output_port(0), hand.GetInputPort("force"))
+    if hand.HasInputPort("gain"):  # of a spring that the hand makes itself
+        status = builder.AddSystem(Demultiplexer([4, 1, 1]))
+        builder.Connect(parts.get_output_port(1), status.get_input_port())
+        builder.Connect(status.get_output_port(1), hand.GetInputPort("gain"))
+    if hand.HasOutputPort("grip"):
+        builder.ExportOutput(hand.GetOutputPort("grip"), "grip")
     builder.ExportOutput(motion, "motion")
     builder.ExportOutput(parts.get_output_port(1), "status")
     builder.ExportOutput(parts.get_output_port(0), "applied_force")

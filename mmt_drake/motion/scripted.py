@@ -14,11 +14,12 @@ from mmt_drake.errors import BadInput
 from mmt_drake.motion.along_axis import chirp, sines, stroke_and_hold, strokes
 from mmt_drake.motion.analytic import AnalyticMotion
 from mmt_drake.motion.between_targets import press_slide_lift, reaches
+from mmt_drake.motion.carrying import carry
 from mmt_drake.motion.reaching import AXES
 
 #: Every scripted motion by its name.
 SCRIPTED: dict[str, Callable[..., AnalyticMotion]] = {
-    builder.__name__: builder for builder in (strokes, chirp, press_slide_lift, sines, reaches, stroke_and_hold)
+    builder.__name__: builder for builder in (strokes, chirp, press_slide_lift, sines, reaches, stroke_and_hold, carry)
 }
 
 _CHOICES = {"axis": tuple(AXES), "first": ("fast", "slow")}

@@ -31,7 +31,8 @@ CLOUD = "sensor_msgs/msg/PointCloud2"
 
 CLOUD_TOPIC = "/cloud"
 
-_UNIT_OF = {"position": "m", "velocity": "m/s", "force": "N", "stored_energy": "J", "lateness": "s", "camera_age": "s"}
+_UNIT_OF = {"position": "m", "velocity": "m/s", "force": "N", "stored_energy": "J", "lateness": "s", "camera_age": "s",
+    "body_height": "m", "grip": "N", "grip_slipped": "m"}  # fmt: skip
 """By quantity, or by name."""
 
 
@@ -63,6 +64,8 @@ class Signal:
         """Of each column; empty for flags, codes and ratios, and for a driven body, whose unit is its own."""
         if self.name == "held_body":
             return ("m", "m", "s") * 2
+        if self.name in ("carried", "carried_deviation"):
+            return tuple(_CARRIED_UNITS.get(column.rsplit("_", 1)[1], "") for column in self.columns)
         if self.name == "model":
             return tuple(THETA_UNITS.get(number.removeprefix("model_"), "") for number in self.columns)
         if self.name in ("force_lateness", "link_clock"):
@@ -98,6 +101,10 @@ LINK_CLOCKS = ("own", "peer_tick", "peer_sent", "arrived", "shown")
 it was sent, and when it arrived; of which instant of the peer is shown. `own` and `arrived` are on this side's clock,
 the others on the peer's."""
 
+CARRIED = ("state", "m", "centre", "swing")
+"""What becomes of an object in a grip, its mass, centre below the grip and damping ratio of its swing."""
+_CARRIED_UNITS = {"m": "kg", "centre": "m"}
+
 SIGNALS = (
     _vector("master_position", "/omega/pose", POSE, "position"),
     _vector("master_velocity", "/omega/twist", TWIST, "velocity"),
@@ -128,6 +135,14 @@ SIGNALS = (
     _vector("filtered_force", "/estimator/filtered_wrench", WRENCH, "force"),
     _vector("true_force", "/environment/wrench", WRENCH, "force"),
     Signal("body_position", "/environment/body", POINT, ("body_position_x", "body_position_y"), "position"),
+    _array("carried", "/load_estimator/carried", CARRIED),
+    _array("carried_deviation", "/load_estimator/deviation", CARRIED[1:]),
+    _scalar("carried_status", "/load_estimator/status", "code"),
+    _scalar("carries", "/renderer/carries", "flag"),
+    _scalar("body_height", "/environment/body_height", "scalar"),
+    _scalar("grip", "/omega/grip", "scalar"),
+    _scalar("grip_holds", "/gripper/holds", "code"),
+    _scalar("grip_slipped", "/gripper/slipped", "scalar"),
     _vector("proxy_position", "/contact_detector/proxy", POINT, "position"),
     _scalar("probe_zero", "/probe_compensation/zero", "code"),
     # A run in real time, and on devices.

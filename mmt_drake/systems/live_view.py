@@ -20,7 +20,7 @@ FRAME_INTERVAL = 0.03
 
 _SHOWN = (
     *("motion", "measurement", "rendered_force", "in_contact", "proxy", "normal", "body_position", "theta", "stable"),
-    *("model_status", "model", "learner_status", "estimated_force", "true_force", "point_cloud"),
+    *("model_status", "model", "learner_status", "carried", "estimated_force", "true_force", "point_cloud"),
 )
 
 
@@ -43,6 +43,7 @@ class LiveView(LeafSystem):
         - model_status
         - model
         - learner_status
+        - carried
         - estimated_force
         - true_force
         - point_cloud
@@ -61,6 +62,7 @@ class LiveView(LeafSystem):
     - `model_status` (1): 0 where they explain the force; what else there is, see `OutputErrorEstimator`.
     - `model` (28): the message that theta goes with [SI]; its laws are told in words.
     - `learner_status` (1): counts what a learner is about, see `LawLearner`.
+    - `carried` (5): what is carried [SI], as `LoadEstimator` tells it, in words.
     - `estimated_force` (3): what the estimator's model says [N].
     - `true_force` (3): the simulated object's, without noise [N].
     - `point_cloud` (abstract, `mmt_drake.cloud.Cloud`): the surface.

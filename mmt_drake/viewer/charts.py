@@ -78,11 +78,15 @@ MODEL_WORDS = (
 LEARNER_WORDS = ("", "looking for what is missing", "", "what is missing is not to be felt", "no name for it", "")
 """By `mmt_drake.learning.answer.LearnerStatus`; laws that are told speak for themselves."""
 
+CARRIED_WORDS = ("", "held on the table", "carried", "<b>slips in the grip</b>", "<b>slipped out of the grip</b>")
+"""By the state of `mmt_drake.estimation.carried`; the mass [kg] stands behind it."""
+
 _FORCES = {"true": "true_force", "estimated": "estimated_force", "measured": "force", "rendered": "rendered_force"}
 _DRAWN = {"true": (GREEN, 5.0), "estimated": (ESTIMATED, 3.0), "measured": (MEASURED, 1.5), "rendered": (RENDERED, 1.5)}
 """Colour and width: where lines are one, all are seen, the first below."""
 _TOLD = ("in_contact", "theta_stable", "model_status", "learner_status")
 _LAWS = tuple(f"model_{name}" for name in MESSAGE[EFFECTS:])
+_CARRIED = ("carried_state", "carried_m")
 #: What a sample of a station holds: numbers in this order, NaN where one is not known.
 COLUMNS = (
     "time",
@@ -90,6 +94,7 @@ COLUMNS = (
     *_TOLD,
     *(f"theta_{symbol}" for symbol in THETA_UNITS),
     *_LAWS,
+    *_CARRIED,
 )
 
 _NOT_KNOWN = (math.nan,) * len(THETA_UNITS)
@@ -128,7 +133,8 @@ def sample(time: float, values: Mapping[str, Sequence[float]]) -> list[float]:
     told = [values.get(name, _NOT_KNOWN)[0] for name in ports]
     laws = values.get("model", (math.nan,) * len(MESSAGE))[EFFECTS:]
     forces = (number for label in _FORCES for number in parts[label])
-    return [time, *forces, *told, *values.get("theta", _NOT_KNOWN), *laws]
+    held = values.get("carried", _NOT_KNOWN)[: len(_CARRIED)]
+    return [time, *forces, *told, *values.get("theta", _NOT_KNOWN), *laws, *held]
 
 
 def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: bool = False) -> str:
@@ -152,6 +158,8 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
         "models": MODEL_WORDS,
         "learner": learner,
         "learners": LEARNER_WORDS,
+        "carried": [panels.columns.index(name) for name in _CARRIED if name in panels.columns],
+        "grips": CARRIED_WORDS,
         "laws": [panels.columns.index(name) for name in _LAWS[::ENTRY] if name in panels.columns],
         "effects": {f"{code_of(name):.0f}": law_words(effect) for name, effect in LIBRARY.items()},
         "shown": SHOWN_SECONDS,

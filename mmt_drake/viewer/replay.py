@@ -175,6 +175,8 @@ def _of_station(recording: Recording, rows: NDArray[np.int64]) -> dict[str, Arra
     found |= {port: stacked(name) for port, name in flags.items() if name in recording}
     if "body_position_x" in recording:
         found["body_position"] = stacked("body_position_x", "body_position_y")
+    if "carried_state" in recording:
+        found["carried"] = stacked("carried_state", "carried_m")
     if "model_number" in recording:
         found["model"] = stacked(*(f"model_{name}" for name in MESSAGE))
     found["theta"] = stacked(*(f"theta_{symbol}" for symbol in THETA))

@@ -90,6 +90,7 @@ STATIONS = (
     ("setup3", ("estimator=!OutputErrorOptions {}", "switching=operator")),
     ("setup1", ("environment.surface=!Sphere {}",)),
     ("setup1-learning", ()),
+    ("setup1-carrying", ()),
 )
 
 

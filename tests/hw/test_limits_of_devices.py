@@ -20,6 +20,7 @@ from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.stations.surfaces import DepthCamera
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.link.options import LinkOptions
+from mmt_drake.hw.omega.settings import Trigger
 from mmt_drake.hw.safety.limits import STOP_WITHIN, SafetyLimits
 from mmt_drake.recording import load, save
 from mmt_drake.systems.cartesian_impedance import Impedance
@@ -34,7 +35,8 @@ NUMBERS = [option for option in (*TABLE, *LINK) if not option.bound.order]
 LONGER = {"telerobot_device.stop_ramp": ["telerobot_device.stop_within=1.0"]}
 #: Where a device is, what it holds and how it looks at it: nothing to loosen.
 FACTS = {
-    Omega: "library device gravity_compensation rotation centre origin clutch_button",
+    Omega: "library device gravity_compensation rotation centre origin clutch_button trigger",
+    Trigger: "open closed grip",
     Franka: "address table rotation tip load_centre",
     LinkOptions: "playout cloud_points cloud_interval",
     DepthCamera: "extrinsics serial recording width height rate",

@@ -107,6 +107,9 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "camera_points": camera_points,
     "facet": facet,
     "model": model,
+    "grip": lambda t: np.array([0.0 if t % 0.5 < 0.1 else 6.0 + np.sin(9.0 * t)]),
+    "held": lambda t: np.array([float(t % 0.5 > 0.1), 1e-4 * t, 2e-4 * t, 0.0]),
+    "carried": lambda t: np.array([2.0, 0.3 + 0.01 * np.sin(t), 0.05, 0.1, 5.0]),
 }
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import contract
 import numpy as np
@@ -26,7 +26,8 @@ from mmt_drake.foreign.options import ForeignSensors
 from mmt_drake.learning.law_learner import LawLearner
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.model.structure import Friction
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
@@ -34,6 +35,7 @@ from mmt_drake.rendering import impedance
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.updates import Blended, EnergyPermitting
 from mmt_drake.surfaces import Sphere
+from mmt_drake.systems.carried_reflection import CarriedReflection
 from mmt_drake.systems.cartesian_impedance import CartesianImpedance
 from mmt_drake.systems.compliant_tip import CompliantTipSystem, TipSettings
 from mmt_drake.systems.contact_detector import ContactDetector
@@ -42,11 +44,14 @@ from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.foreign_box import ForeignBoxSystem
 from mmt_drake.systems.fused_reflection import FusedRenderer
+from mmt_drake.systems.graspable_box import GraspableBox
+from mmt_drake.systems.grip_script import GripScript
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
 from mmt_drake.systems.interactive_operator import SLIDERS, InteractiveOperator
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.live_view import LiveView
+from mmt_drake.systems.load_estimator import LoadEstimator
 from mmt_drake.systems.local_frame import LocalFrame
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
@@ -134,6 +139,16 @@ def flexible_box(**options: Any) -> FlexibleBox:
     )
 
 
+def graspable_box(laws: Literal["own", "foreign"]) -> GraspableBox:
+    return GraspableBox(
+        FlexibleBoxModel(BoxParameters(m=0.1, b1=0.0), NormalContact(k=2000.0), Friction.coulomb(0.2)),
+        laws=laws,
+        noise=SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6),
+        surface=plane(1000, (0.12, 0.12)),
+        cloud_noise=1e-4,
+    )
+
+
 def foreign_box(**sensors: Any) -> ForeignBoxSystem:
     return ForeignBoxSystem(
         Numbers(Fs=0.3, Fd=0.2),
@@ -190,6 +205,17 @@ TOLD = frozenset(("model", port) for port in ("force", "update_jump", "stored_en
 #: A hand apart from the motion matters to these where it is not finite.
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
+#: A grip that holds and does not slip is felt no more for being stronger.
+GRIPPED = frozenset({("grip", "body"), ("grip", "in_contact")})
+#: In the run nothing is carried for so long that the numbers change.
+UNTOLD = frozenset(
+    (port, out) for port in ("measurement", "held", "grip", "in_contact", "theta") for out in ("deviation", "status")
+) | {("in_contact", "carried"), ("theta", "carried"), ("theta", "in_contact"), ("grip", "in_contact")}
+#: Nor is anything lifted: what is felt is the force on the table.
+ON_THE_TABLE = frozenset(
+    (port, "carries") for port in ("motion", "force", "grip", "in_contact", "theta", "carried")
+) | frozenset((port, "force") for port in ("grip", "in_contact", "theta", "carried"))
+
 CASES: dict[str, Case] = {
     "InteractiveOperator": Case(lambda folder: interactive_operator()),
     "RecordedOperator": Case(lambda folder: recorded_operator()),
@@ -200,6 +226,18 @@ CASES: dict[str, Case] = {
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
     ),
     "FlexibleBox-on-a-ball": Case(lambda folder: flexible_box(shape=Sphere(fixed_to="body", mu=0.3))),
+    "GraspableBox": Case(lambda folder: graspable_box("own"), computed_together=GRIPPED),
+    "GraspableBox-foreign": Case(
+        lambda folder: graspable_box("foreign"),
+        computed_together=GRIPPED | {("grip", "force"), ("grip", "measurement")},
+    ),
+    "GripScript": Case(lambda folder: GripScript(closes=0.1, opens=0.4)),
+    "LoadEstimator": Case(lambda folder: LoadEstimator(), computed_together=UNTOLD, still=frozenset({"deviation"})),
+    "CarriedReflection": Case(
+        lambda folder: CarriedReflection(updates=EnergyPermitting()),
+        computed_together=ON_THE_TABLE,
+        still=frozenset({"carries"}),
+    ),
     "ForeignBoxSystem": Case(lambda folder: foreign_box()),
     "ForeignBoxSystem-sensors": Case(
         lambda folder: foreign_box(

@@ -14,6 +14,7 @@ import pytest
 from browsers import Address, connect, head, move, status, stream
 
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.carried import GONE, SLIPS
 from mmt_drake.learning.answer import LearnerStatus
 from mmt_drake.model.parameters import THETA_UNITS
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
@@ -283,3 +284,11 @@ def test_a_law_that_is_told_stands_in_words_behind_its_code() -> None:
     assert settings["effects"][f"{row['model_effect1']:.0f}"] == ["nonlinear stiffness", "k3 = # N/m^3"]
     assert row["model_effect1_1"] == 3e6 and row["model_effect2"] == 0.0
     assert len(settings["learners"]) == len(LearnerStatus)
+
+
+def test_what_is_carried_stands_in_words_with_its_mass() -> None:
+    row = dict(zip(charts.COLUMNS, charts.sample(1.0, {"carried": [float(SLIPS), 0.3, 0.05, 0.1, 8.0]}), strict=True))
+    settings = json.loads(re.search(r"const settings = (\{.*\});", charts.page()).group(1))
+    assert [charts.COLUMNS[at] for at in settings["carried"]] == ["carried_state", "carried_m"]
+    assert "slips" in settings["grips"][int(row["carried_state"])] and row["carried_m"] == 0.3
+    assert len(settings["grips"]) == GONE + 1

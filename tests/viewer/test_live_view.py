@@ -56,6 +56,7 @@ def test_what_is_drawn_and_charted_is_what_is_recorded(viewer: Viewer, every_fra
     row = dict(zip(charts.COLUMNS, samples(viewer)[-1], strict=True))
     assert row.pop("time") == pytest.approx(seconds)
     row["detected_contact"] = row.pop("in_contact")
+    assert all(np.isnan(row.pop(name)) for name in ("carried_state", "carried_m"))  # there is no grip
     for name, value in row.items():
         np.testing.assert_array_equal(value, found[name][-1], err_msg=name)
 

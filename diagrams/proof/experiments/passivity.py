@@ -168,8 +168,8 @@ def run_adversary(number: int, policy: str, seed: int) -> EnergyRun:
     renderer = _renderer(name)
     rules = renderer_rules(POLICIES[policy] or renderer.updates, STEP, renderer.substeps, renderer.in_plane)
     random = np.random.default_rng((seed, number))
-    theta, stable = _wild(random)
-    pushing = _wild(random)[0] if random.random() < 0.5 else theta
+    theta, stable = wild_sets(random)
+    pushing = wild_sets(random)[0] if random.random() < 0.5 else theta
     contact = np.repeat(random.random(TICKS // 20) > random.choice([0.0, 0.05]), 20).astype(float)
     late = int(random.choice([0, 0, 5, 200]))
     noise = np.zeros((TICKS, 3))
@@ -208,7 +208,7 @@ def _renderer(scenario: str) -> ImpedanceReflection:
     return renderer
 
 
-def _wild(random: np.random.Generator) -> tuple[Array, Array]:
+def wild_sets(random: np.random.Generator) -> tuple[Array, Array]:
     """(n, 10) parameters that are drawn anew every 1 to 300 ms, and which of them may be rendered."""
     every = int(random.choice([1, 10, 50, 300]))
     count = TICKS // every + 1

@@ -83,6 +83,12 @@ WRONG_LAWS: Final = Target("runs in which a wrong law was told", to_reach=1.0 / 
 FELT_AFTER: Final = Target("rendered force after the laws have entered, at worst", to_reach=0.015)
 FELT_AFTER_FOREIGN: Final = replace(FELT_AFTER, to_reach=0.04)
 """What a learner tells, in `experiment learning`."""
+CARRIED: Final = Target("force while an object is carried", to_reach=0.05)
+CARRIED_MASS: Final = Target("mass 3 s after it was lifted", to_reach=0.02)
+CARRIED_LATE: Final = Target("lift and landing, told late by", "s", to_reach=0.030)
+CARRIED_SLIP: Final = Target("slips in the grip that are not told within 30 ms", "runs", to_reach=0.0)
+CARRIED_PACE: Final = Target("real time over simulated time", "times")
+"""An object that is lifted, in `experiment carrying`, at worst."""
 LATE_BY: Final = Target("sum of delay and time constant off by", "s", to_reach=0.0005)
 LATE_ERROR: Final = Target("rendered force after 0.5 s of contact", to_reach=0.03)
 """Of a force that is measured late, in `experiment late`, at worst."""

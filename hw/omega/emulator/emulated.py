@@ -20,6 +20,8 @@ FIELDS = (
     *("hand_mass", "hand_damping", "hand_stiffness"),  # kg, N s/m, N/m
     *("type", "serial", "powered", "connected", "calibrated", "no_watchdog"),
     *("button", "force_button"),  # 1 while pressed
+    *("gap", "gap_rate", "squeeze"),  # the trigger: opening [m, m/s], by what the fingers close it [N]
+    *("applied_grip", "greatest_grip", "nan_gap"),  # what its motor does, opening it [N]; 1: what is read is no number
     *("stuck", "nan_position", "nan_velocity", "jump"),  # what is read is wrong; jump: by so much in x [m]
     *("failing", "error", "slow"),  # the next so many calls fail with this error; each takes so long [s]
     *("read_x", "read_y", "read_z"),  # what was read last

@@ -23,6 +23,9 @@
 #define HISTORY 1024        /* ticks of position kept for the velocity window */
 #define MOST_CATCH_UP 1.0   /* [s] simulated at once after a pause */
 #define GRAVITY 9.81
+#define WIDEST 0.025        /* [m] of the trigger */
+#define FINGER_MASS 0.05    /* [kg] */
+#define FINGER_DAMPING 5.0  /* [N s/m] */
 
 enum { NO_ERROR = 0, COM = 2, NO_DEVICE_FOUND = 5, TIMEOUT = 7, EXPERT_MODE_DISABLED = 9, NOT_IMPLEMENTED = 10,
        INVALID_INDEX = 15, IN_USE = 20, INVALID = 21 };
@@ -34,7 +37,7 @@ struct emulated emulated[DEVICES];
 static struct device {
     double history[HISTORY][3];
     long tick;
-    double force[3];         /* set by the host [N] */
+    double force[3], grip;   /* set by the host [N] */
     double last_set;         /* when [s] */
     double window;           /* of the velocity estimate [s] */
     double cause;
@@ -88,6 +91,11 @@ static void tick(struct emulated *e, struct device *d) {
         v[i] += TICK * total / (e->mass + e->hand_mass);
         x[i] += TICK * v[i];
     }
+    e->applied_grip = on ? d->grip : 0.0;
+    e->gap_rate += TICK * (e->applied_grip - e->squeeze - FINGER_DAMPING * e->gap_rate) / FINGER_MASS;
+    e->gap += TICK * e->gap_rate;
+    if (e->gap < 0.0 || e->gap > WIDEST) { e->gap = e->gap < 0.0 ? 0.0 : WIDEST; e->gap_rate = 0.0; }
+    if (fabs(e->applied_grip) > e->greatest_grip) e->greatest_grip = fabs(e->applied_grip);
     d->tick++;
     memcpy(d->history[d->tick % HISTORY], x, sizeof d->history[0]);
     const double size = sqrt(applied[0] * applied[0] + applied[1] * applied[1] + applied[2] * applied[2]);
@@ -117,6 +125,7 @@ void emulated_reset(int id) {
     memset(&devices[id], 0, sizeof devices[id]);
     e->mass = 0.25; e->damping = 0.3; e->brake = 10.0; e->reach = 0.08; e->strongest = 12.0; e->resolution = 5e-6;
     e->hand_mass = 0.15; e->hand_damping = 4.0; e->hand_stiffness = 250.0;
+    e->gap = WIDEST;
     e->powered = e->connected = e->calibrated = 1.0;
     e->type = 35.0;          /* an Omega.7 for the right hand */
     e->serial = 1000.0 + id;
@@ -213,6 +222,7 @@ int dhdClose(signed char id) {
     DEVICE(id);
     d->open = d->enabled = false;
     memset(d->force, 0, sizeof d->force);
+    d->grip = 0.0;
     return 0;
 }
 int drdClose(signed char id) { return dhdClose(id); }
@@ -257,6 +267,7 @@ int dhdEnableForce(bool enable, signed char id) {
         d->last_set = e->simulated;
     } else d->cause = CAUSE_SOFTWARE;
     memset(d->force, 0, sizeof d->force);
+    d->grip = 0.0;
     d->enabled = enable;
     return 0;
 }
@@ -322,6 +333,19 @@ int dhdSetForce(double fx, double fy, double fz, signed char id) {
     e->sets += 1.0;
     e->answered_after = wall() - e->asked_at;
     return scale < 1.0 ? MOTOR_SATURATED : 0;
+}
+int dhdSetForceAndGripperForce(double fx, double fy, double fz, double fg, signed char id) {
+    const int done = dhdSetForce(fx, fy, fz, id);
+    if (done < 0) return done;
+    DEVICE(id);
+    if (!isfinite(fg)) { e->not_finite += 1.0; return fail(INVALID); }
+    d->grip = fg;
+    return done;
+}
+int dhdGetGripperGap(double *gap, signed char id) {
+    DEVICE(id);
+    *gap = e->nan_gap != 0.0 ? NAN : rounded(e, e->gap);
+    return 0;
 }
 int dhdGetForce(double *fx, double *fy, double *fz, signed char id) {
     DEVICE(id);

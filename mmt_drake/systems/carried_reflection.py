@@ -1,0 +1,69 @@
+"""The force of a carried object on the operator, beside the renderer of the object on the table."""
+
+import numpy as np
+
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.rendering.carried import MEMORY_SIZE, PORT_SIZES, carried_force, holds_contact
+from mmt_drake.rendering.updates import Policy, renderer_rule
+from mmt_drake.systems.kernel_system import KernelSystem
+
+
+class CarriedReflection(KernelSystem):
+    """What the operator feels of an object that may be lifted: on the table what another renderer says, off it this.
+
+    Integrated on the operator's side from the operator's motion, without waiting for the network, and held to the
+    energy that the hand has put in where the policy asks for that (`mmt_drake.rendering.carried`).
+
+    .. pydrake_system::
+
+        name: CarriedReflection
+        input_ports:
+        - motion
+        - force
+        - grip
+        - in_contact
+        - theta
+        - carried
+        output_ports:
+        - force
+        - carries
+        - readout
+        - in_contact
+
+    Ports (table frame):
+
+    - `motion` (6): the operator's position [m] and velocity [m/s], which is not read.
+    - `force` (3): of the object on the table [N].
+    - `grip` (1): of the hand [N].
+    - `in_contact` (1): 1 where the operator touches the object.
+    - `theta` (10): of the contact, as it was told [SI].
+    - `carried` (5): what is carried [SI], as it was told (`LoadEstimator`).
+    - `force` (3): force on the operator's probe [N]; direct feedthrough, never a tick late.
+    - `carries` (1): 1 while the operator's copy of the object is off the table.
+    - `readout` (the two above, the memory).
+    - `in_contact` (1): for the renderer on the table: 1 while a closed grip holds the object there, 0 while it is off
+      the table, else as the input of that name.
+
+    Args:
+        period: of the ticks [s].
+        updates: the renderer's policy; `EnergyPermitting` watches the energy here too. At once by default.
+
+    Raises:
+        BadInput: a period that is not positive.
+    """
+
+    def __init__(self, *, period: float = 1e-3, updates: Policy | None = None) -> None:
+        super().__init__()
+        self._period, self._rule = period, renderer_rule(updates, period, 1)
+        self.declare_inputs("motion", "force", "grip", "in_contact", "theta", "carried")
+        self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
+        self.declare_computed("in_contact", 1, self._contact, ["in_contact"])
+        self.compile_kernels()
+
+    def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
+        motion, force, grip, touches, theta, load = inputs
+        given = (memory, t, self._period, motion, force, grip[0], touches[0], theta, load)
+        carried_force(*given, self._rule, out)
+
+    def _contact(self, t: float, memory: Array, out: Array, touches: Array) -> None:
+        out[0] = holds_contact(memory, touches[0])
