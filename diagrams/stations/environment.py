@@ -31,7 +31,8 @@ THESIS_FRICTION = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
 
 Top = Plane | Sphere | Cylinder | Saddle | Step | HeightField | Mesh
 
-_NOISE_SEED = 101  # apart from the station's other random streams
+NOISE_SEED = 101
+"""Apart from the station's other random streams."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class SensedObject:
             _check_start(site, site.scenario.shape)
         return self.simulated(
             period=site.step,
-            noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + _NOISE_SEED),
+            noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + NOISE_SEED),
             surface=site.surface.shown,
             cloud_period=1.0 / self.cloud.rate,
             cloud_noise=site.surface.noise,

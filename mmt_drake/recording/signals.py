@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from mmt_drake.cloud.scene_layout import PLACES, SCENE, SCENE_UNITS
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_BODY
 from mmt_drake.model.message_layout import MESSAGE
@@ -63,6 +64,10 @@ class Signal:
         """Of each column; empty for flags, codes and ratios, and for a driven body, whose unit is its own."""
         if self.name == "held_body":
             return ("m", "m", "s") * 2
+        if self.name == "scene":
+            return SCENE_UNITS
+        if self.name == "places":
+            return ("m",) * self.size
         if self.name == "model":
             return tuple(THETA_UNITS.get(number.removeprefix("model_"), "") for number in self.columns)
         if self.name in ("force_lateness", "link_clock"):
@@ -129,6 +134,11 @@ SIGNALS = (
     _vector("true_force", "/environment/wrench", WRENCH, "force"),
     Signal("body_position", "/environment/body", POINT, ("body_position_x", "body_position_y"), "position"),
     _vector("proxy_position", "/contact_detector/proxy", POINT, "position"),
+    _array("scene", "/scene/objects", SCENE),
+    _array("places", "/environment/places", PLACES),
+    _scalar("told_thing", "/estimator/thing", "code"),
+    _scalar("remembered", "/memory/remembered", "code"),
+    _scalar("touched", "/environment/touched", "code"),
     _scalar("probe_zero", "/probe_compensation/zero", "code"),
     # A run in real time, and on devices.
     _vector("applied_force", "/omega/wrench", WRENCH, "force"),

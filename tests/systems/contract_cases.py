@@ -49,6 +49,8 @@ from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
 from mmt_drake.systems.live_view import LiveView
 from mmt_drake.systems.local_frame import LocalFrame
 from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.object_memory import ObjectMemory
+from mmt_drake.systems.objects_on_table import ObjectsOnTable, OnTable
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
@@ -57,9 +59,11 @@ from mmt_drake.systems.proxy_spring import ProxySpringRenderer
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.systems.rls_estimator import RlsEstimator
+from mmt_drake.systems.scene_tracker import SceneTracker
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.systems.surface_contact import SurfaceContactSystem
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
+from mmt_drake.systems.touched_object import TouchedObject
 from mmt_drake.systems.yielding_hand import YieldingHand
 from mmt_drake.viewer.viewer import Viewer
 
@@ -144,6 +148,14 @@ def foreign_box(**sensors: Any) -> ForeignBoxSystem:
     )
 
 
+def objects_on_table() -> ObjectsOnTable:
+    """Three, of which the first is under the probe and pushed into the second."""
+    size, model = (0.06, 0.06, 0.05), FlexibleBoxModel()
+    things = [OnTable(model, at, size, at[0] > 0.0, 0.0) for at in ((0.0, 0.0), (0.061, 0.0), (0.2, 0.0))]
+    noise = SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6)
+    return ObjectsOnTable(things, noise=noise, spacing=0.004, cloud_noise=1e-4)
+
+
 def with_effects(model: Any) -> Any:
     """The model with friction that depends on the load, and a branch that remembers."""
     for name, values in (
@@ -187,6 +199,8 @@ SURE = frozenset(("model_status", port) for port in (*impedance.PORT_SIZES, "rea
 LIES = frozenset({("facet", "status")})
 #: A message that is changed by a little is refused, and the last good one stays.
 TOLD = frozenset(("model", port) for port in ("force", "update_jump", "stored_energy"))
+#: Another object matters where none is held.
+MET = frozenset(("thing", port) for port in (*impedance.PORT_SIZES, "readout"))
 #: A hand apart from the motion matters to these where it is not finite.
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
@@ -200,6 +214,18 @@ CASES: dict[str, Case] = {
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
     ),
     "FlexibleBox-on-a-ball": Case(lambda folder: flexible_box(shape=Sphere(fixed_to="body", mu=0.3))),
+    "ObjectsOnTable": Case(lambda folder: objects_on_table(), any_size=frozenset({"bodies"})),
+    "SceneTracker": Case(lambda folder: SceneTracker(-0.05, offset=0.5e-3)),
+    "TouchedObject": Case(
+        # Over one object, whose top is told once in a while.
+        lambda folder: TouchedObject(),
+        computed_together=frozenset({("position", "facet"), ("position", "thing")}),
+        still=frozenset({"thing"}),
+    ),
+    "ObjectMemory": Case(
+        # What has come counts in the same tick; the scene is asked for sizes alone.
+        lambda folder: ObjectMemory()
+    ),
     "ForeignBoxSystem": Case(lambda folder: foreign_box()),
     "ForeignBoxSystem-sensors": Case(
         lambda folder: foreign_box(
@@ -212,12 +238,12 @@ CASES: dict[str, Case] = {
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(
         lambda folder: ImpedanceRenderer(),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD | MET,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-blended": Case(
         lambda folder: ImpedanceRenderer(updates=Blended()),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD | MET,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-energy": Case(
@@ -225,7 +251,8 @@ CASES: dict[str, Case] = {
         computed_together=frozenset(("held_body", port) for port in ("force", "status", "update_jump"))
         | {("model_status", "status"), ("motion", "status")}
         | LIES
-        | TOLD,
+        | TOLD
+        | MET,
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),

@@ -20,6 +20,7 @@ MODULES: Final = {
     "fit": "first_models",
     "device": "device",
     "learning": "learning",
+    "scene": "scene",
     "arms": "arms",
     **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }
