@@ -199,8 +199,8 @@ SURE = frozenset(("model_status", port) for port in (*impedance.PORT_SIZES, "rea
 LIES = frozenset({("facet", "status")})
 #: A message that is changed by a little is refused, and the last good one stays.
 TOLD = frozenset(("model", port) for port in ("force", "update_jump", "stored_energy"))
-#: Another object matters where none is held.
-MET = frozenset(("thing", port) for port in (*impedance.PORT_SIZES, "readout"))
+#: Another object matters where none is held, from the next touch on.
+MET = frozenset(("thing", port) for port in impedance.PORT_SIZES)
 #: A hand apart from the motion matters to these where it is not finite.
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
@@ -223,8 +223,17 @@ CASES: dict[str, Case] = {
         still=frozenset({"thing"}),
     ),
     "ObjectMemory": Case(
-        # What has come counts in the same tick; the scene is asked for sizes alone.
-        lambda folder: ObjectMemory()
+        # What is stable is kept, and so is all that goes with it; a size matters to a guess alone.
+        lambda folder: ObjectMemory(),
+        computed_together=frozenset(
+            {
+                *(("model_status", port) for port in ("theta", "stable", "remembered")),
+                *(("theta", port) for port in ("stable", "model_status", "remembered")),
+                *((port, "stable") for port in ("thing", "scene", "told_thing", "stable")),
+                *((port, "remembered") for port in ("told_thing", "stable")),
+            }
+        ),
+        still=frozenset({"stable"}),
     ),
     "ForeignBoxSystem": Case(lambda folder: foreign_box()),
     "ForeignBoxSystem-sensors": Case(
