@@ -44,7 +44,7 @@ def station_blocks(scenario: Scenario, *, model: FlexibleBoxModel | None = None)
     Raises:
         BadInput: the scenario cannot be built, or its renderer or its camera needs what no recording has.
     """
-    world, renderer = scenario.environment, scenario.renderer
+    world, renderer = scenario.single, scenario.renderer
     for at, chosen, good, expected in (
         ("renderer", renderer, renderer.name == "runge_kutta", "!ImpedanceReflection"),
         ("telerobot", scenario.telerobot, scenario.telerobot is None, "none: blocks are those of set-up 1"),

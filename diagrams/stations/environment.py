@@ -33,7 +33,8 @@ THESIS_FRICTION = Friction(Fs=0.1, Fd=0.05, v_d=0.005)
 
 Top = Plane | Sphere | Cylinder | Saddle | Step | HeightField | Mesh
 
-_NOISE_SEED = 101  # apart from the station's other random streams
+NOISE_SEED = 101
+"""Apart from the station's other random streams."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class SensedObject:
         carrying = site.scenario.carrying
         return (self.simulated if carrying is None else partial(self.graspable, carrying.hang))(
             period=site.step,
-            noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + _NOISE_SEED),
+            noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + NOISE_SEED),
             surface=site.surface.shown,
             cloud_period=1.0 / self.cloud.rate,
             cloud_noise=site.surface.noise,

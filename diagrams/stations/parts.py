@@ -29,9 +29,11 @@ from mmt_drake.systems.contact_detector import ContactDetector
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.local_frame import LocalFrame
 from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.object_memory import ObjectMemory
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
+from mmt_drake.systems.touched_object import TouchedObject
 
 if TYPE_CHECKING:
     from mmt_drake.hw.safety.ages import CameraAge, DeviceAge, HandAge
@@ -163,14 +165,21 @@ def compensation(site: Site) -> ProbeCompensation | None:
     return ProbeCompensation(replace(holder.compensation, step=site.step), shown_first(site.parts["arm"], "motion")[:3])
 
 
-def detector(site: Site) -> ContactDetector:
+def detector(site: Site) -> ContactDetector | TouchedObject:
     """The telerobot's contact detector."""
-    return ContactDetector(site.proxy)
+    return ContactDetector(site.proxy) if site.scenario.several is None else TouchedObject(period=site.step)
+
+
+def scene(site: Site) -> System | None:
+    """What sees which of several objects is which."""
+    several = site.scenario.several
+    return None if several is None else several.tracker(site)
 
 
 def local_frame(site: Site) -> LocalFrame | None:
     """What an estimator reads on a surface that is not level."""
-    return None if site.scenario.shape is None else LocalFrame(period=site.step)
+    level = site.scenario.shape is None and site.scenario.several is None
+    return None if level else LocalFrame(period=site.step)
 
 
 def while_well(site: Site) -> WhileWell | None:
@@ -224,7 +233,8 @@ def clouds_to_operator(site: Site) -> System | None:
     cloud a frame too early, so it is read shortly before each of the channel's ticks: not at the tick, in the midst of
     which a flag that depends on the cloud would then change.
     """
-    if not site.scenario.renderer.sees and not site.scenario.seen_by_operator:
+    seen = site.scenario.seen_by_operator and site.scenario.several is None  # several are told one by one
+    if not site.scenario.renderer.sees and not seen:
         return None
     config = site.seeded(site.scenario.to_operator, _CLOUD_SEED)
     frame, empty = 1.0 / site.scenario.environment.cloud.rate, AbstractValue.Make(Cloud.empty())
@@ -240,11 +250,19 @@ def clouds_to_operator(site: Site) -> System | None:
     return builder.Build()
 
 
-def operator_detector(site: Site) -> SurfaceContactDetector | None:
+def operator_detector(site: Site) -> SurfaceContactDetector | TouchedObject | None:
     """A second detector, beside the operator."""
     if not site.scenario.seen_by_operator:
         return None
+    if site.scenario.several is not None:
+        return TouchedObject(period=site.step)
     return SurfaceContactDetector(site.surface.looking_ahead(site.proxy))
+
+
+def memory(site: Site) -> ObjectMemory | None:
+    """What the operator's side remembers of several objects."""
+    told = returned(site.scenario)
+    return ObjectMemory(period=site.step) if {"told_thing", "model_status"} <= told.keys() else None
 
 
 # ------------------------------------------------------------------------------------------------- of a run

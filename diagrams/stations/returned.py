@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from mmt_drake.cloud.scene_layout import SCENE_SIZE
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import THETA
@@ -37,10 +38,13 @@ RETURNED: Final = {
     "model_status": Returned("estimator.model_status", 1),
     "model": Returned("estimator.model", MESSAGE_SIZE, kept=True, may_be_nan=True),
     "carried": Returned("load.carried", 5),
+    "scene": Returned("scene.scene", SCENE_SIZE, kept=True),
+    "told_thing": Returned("estimator.thing", 1, kept=True),
     "remote_force": Returned("measurement[6:9]", 3),
     "remote_energy": Returned("telerobot.energy_in", 3, kept=True),
 }
-"""What a renderer may ask for, by its input ports."""
+"""What a renderer may ask for, by its input ports, and what stands beside it where there are several objects."""
+_OF_SEVERAL: Final = ("scene", "told_thing")
 
 
 def returned(scenario: Scenario) -> dict[str, int]:
@@ -49,8 +53,10 @@ def returned(scenario: Scenario) -> dict[str, int]:
     It is what the renderer asks for, as far as the estimator knows it and no detector beside the operator does.
     """
     missing = {name for name in ("held_body", "model_status") if name not in scenario.estimator.tells}
+    missing |= {"told_thing"} if "thing" not in scenario.estimator.tells else set()
     missing |= {"model"} if scenario.learner is None else set()
     missing |= {"in_contact"} if scenario.seen_by_operator else set()
     missing |= set() if scenario.shape is None else {"held_body"}  # it counts along another frame
-    asked = (*scenario.renderer.receives, *(("carried",) if scenario.carrying is not None else ()))
-    return {name: RETURNED[name].size for name in asked if name not in missing}
+    beside = _OF_SEVERAL if scenario.several is not None and scenario.renderer.switched else ()
+    beside = (*beside, "carried") if scenario.carrying is not None else beside
+    return {name: RETURNED[name].size for name in (*scenario.renderer.receives, *beside) if name not in missing}

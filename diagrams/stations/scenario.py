@@ -14,6 +14,7 @@ from mmt_drake.diagrams.stations.environment import Environment, ForeignBox
 from mmt_drake.diagrams.stations.estimators import EstimatorOptions
 from mmt_drake.diagrams.stations.hands import Interactive, Recorded, Scripted
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection, Renderer
+from mmt_drake.diagrams.stations.several import SeveralObjects
 from mmt_drake.diagrams.stations.shipped import SCENARIOS, shipped
 from mmt_drake.diagrams.stations.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput
@@ -58,7 +59,8 @@ class Scenario:
         telerobot_device: the real one in its place, in a run with hardware; the object then is real, too.
         to_telerobot, to_operator: the network, one way and back.
         to_renderer: what is between the hand and the renderer beside it: nothing, if all is as it should be.
-        environment: the object and the telerobot's sensors; `!ForeignBox`: by a simulation of another kind.
+        environment: the object and the telerobot's sensors; `!ForeignBox`: by a simulation of another kind;
+            `!SeveralObjects`: several of them on a table.
         detector: the telerobot's contact detector.
         estimator: the telerobot's estimator: the thesis's, the one whose model runs freely, or one's own.
         renderer: what the operator feels; `!OwnRenderer`: one's own.
@@ -81,7 +83,7 @@ class Scenario:
     to_telerobot: ChannelConfig = field(default_factory=ChannelConfig)
     to_operator: ChannelConfig = field(default_factory=ChannelConfig)
     to_renderer: ChannelConfig = field(default_factory=ChannelConfig)
-    environment: Environment | ForeignBox = field(default_factory=Environment)
+    environment: Environment | ForeignBox | SeveralObjects = field(default_factory=Environment)
     detector: ProxySettings = ProxySettings()
     estimator: EstimatorOptions = RlsOptions()
     renderer: Renderer = field(default_factory=ImpedanceReflection)
@@ -139,12 +141,29 @@ class Scenario:
     @property
     def shape(self) -> Shape | None:
         """Of the object's top; None: it is level."""
-        return None if isinstance(self.environment, ForeignBox) else self.environment.surface
+        return self.environment.surface if isinstance(self.environment, Environment) else None
+
+    @property
+    def several(self) -> SeveralObjects | None:
+        """The objects where there are several; None: there is one."""
+        return self.environment if isinstance(self.environment, SeveralObjects) else None
+
+    @property
+    def single(self) -> Environment | ForeignBox:
+        """The environment where there is one object.
+
+        Raises:
+            BadInput: there are several.
+        """
+        if isinstance(self.environment, SeveralObjects):
+            raise BadInput(self.name, at="environment", found="!SeveralObjects", expected="one object")
+        return self.environment
 
     @property
     def seen_by_operator(self) -> bool:
         """Whether a detector beside the operator says where the surface is, and whether the hand touches it."""
-        return self.switching == "operator" or (self.shape is not None and self.renderer.switched)
+        uneven = self.shape is not None or self.several is not None
+        return self.switching == "operator" or (uneven and self.renderer.switched)
 
     @property
     def rls(self) -> RlsOptions:
@@ -235,8 +254,8 @@ def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:
     """
     data, effects = _without_effects(data)
     scenario = fill(Scenario, data, source)
-    if effects is not None:
-        scenario = _with_effects(scenario, effects, source)
+    for at, entries in effects.items():
+        scenario = _with_effects(scenario, at, entries, source)
     # These classes know their own step; in a station it is the scenario's.
     for *parts, name in _STEPS:
         said: Any = data
@@ -249,29 +268,49 @@ def scenario_from(data: dict[str, Any], source: str = "scenario") -> Scenario:
     return scenario
 
 
-def _without_effects(data: dict[str, Any]) -> tuple[dict[str, Any], object]:
-    """The data without the key `environment.object.effects`, and what stands there."""
+def _without_effects(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, object]]:
+    """The data without the effects of objects, and these by the names of objects; of the only one it is empty."""
     world = data.get("environment")
-    thing = world.get("object") if isinstance(world, dict) else None
-    if not isinstance(world, dict) or not isinstance(thing, dict) or "effects" not in thing:
-        return data, None
-    bare = {key: value for key, value in thing.items() if key != "effects"}
-    return {**data, "environment": {**world, "object": bare}}, thing["effects"]
+    if not isinstance(world, dict):
+        return data, {}
+    found: dict[str, object] = {}
+    things = world.get("things")
+    world = _bare(world, "", found)
+    if isinstance(things, dict):
+        owners = {
+            name: _bare(thing, name, found) if isinstance(thing, dict) else thing for name, thing in things.items()
+        }
+        world = {**world, "things": owners}
+    return {**data, "environment": world}, found
 
 
-def _with_effects(scenario: Scenario, effects: object, source: str) -> Scenario:
-    """The scenario with effects in its object."""
+def _bare(owner: dict[str, Any], name: str, found: dict[str, object]) -> dict[str, Any]:
+    """What has an `object`, without its effects, which are put where they are found."""
+    thing = owner.get("object")
+    if not isinstance(thing, dict) or "effects" not in thing:
+        return owner
+    found[name] = thing["effects"]
+    return {**owner, "object": {key: value for key, value in thing.items() if key != "effects"}}
+
+
+def _with_effects(scenario: Scenario, name: str, effects: object, source: str) -> Scenario:
+    """The scenario with effects in its object, or the one of this name."""
     world = scenario.environment
+    owner = world.things[name] if isinstance(world, SeveralObjects) else world
+    path = f"things.{name}." if isinstance(world, SeveralObjects) else ""
     try:
-        thing = with_effects(world.object, effects, source)
+        thing = with_effects(owner.object, effects, source)
         if thing.additions.delay > 0.0:
             raise BadInput(
                 source, at="effects", found="time_delay", expected="a delay of the network, to_telerobot.delay"
             )
     except BadInput as error:
-        at = f"environment.object.{error.at}"
+        at = f"environment.{path}object.{error.at}"
         raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
     try:
+        if isinstance(world, SeveralObjects):
+            placed = replace(world.things[name], object=thing)
+            return replace(scenario, environment=replace(world, things={**world.things, name: placed}))
         return replace(scenario, environment=replace(world, object=thing))
     except BadInput as error:
         raise BadInput(source, at=f"environment.{error.at}", found=error.found, expected=error.expected) from None

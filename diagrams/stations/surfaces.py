@@ -176,9 +176,16 @@ class SimulatedDepthCamera:
         if site.scenario.shape is not None:
             expected = "environment.cloud: {}, points on the surface: the simulated camera sees a level box"
             raise BadInput(site.scenario.name, at="environment.cloud", found="!SimulatedDepthCamera", expected=expected)
-        middle, errors = site.person.middle, self.camera_errors()
+        several = site.scenario.several
+        middle, errors = site.person.middle if several is None else (0.0, 0.0), self.camera_errors()
         errors = replace(errors, seed=errors.seed + site.scenario.seed + _CAMERA_SEED)
         intrinsics, where = self.view.intrinsics(), self.view.extrinsics(middle)
+        if several is not None:
+            converted = DepthToCloud(intrinsics, where, self.settings, self.smooth)
+            camera = simulated_camera(
+                where, converted, scene=several.solids(), noise=errors, rate=self.rate, latency=self.latency
+            )
+            return SeenSurface(Cloud.empty(), camera, self.settings.voxel or 0.0)
         scene = TableScene(self.size, at=middle)
         depth = perfect_depth(rendered_scene(intrinsics, where, scene))
         converted = DepthToCloud(intrinsics, where, self.settings, self.smooth)

@@ -1,6 +1,7 @@
 """A simulated depth camera: Drake renders the scene, `DepthNoise` makes a camera of the picture."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -19,7 +20,9 @@ from pydrake.geometry import (
     RenderLabel,
     Rgba,
     SceneGraph,
+    Shape,
 )
+from pydrake.geometry import Cylinder as CylinderShape
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, State
 from pydrake.systems.sensors import CameraInfo, ImageDepth32F, RgbdSensor
@@ -32,11 +35,12 @@ from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, WELL
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.stream import DepthFrame
-from mmt_drake.hw.realsense.view import Point, TableScene
+from mmt_drake.hw.realsense.view import Point, Solid, SolidsOnTable, TableScene
 from mmt_drake.systems.leaf import LeafSystem
 
 _RENDERER = "depth"
 _NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)
+_SHAFT = 0.15  # length of the probe [m]
 _NEAR, _FAR = 0.05, 5.0  # of what is rendered [m]
 
 
@@ -145,24 +149,28 @@ class SimulatedDepthCameraSystem(LeafSystem):
         state.get_mutable_discrete_state(self._camera).get_mutable_value()[:] = fault, self._latency, lost
 
 
-class _BodyPose(LeafSystem):
-    """The box's frame from the body's displacement and the place where it began."""
+class _BodyPoses(LeafSystem):
+    """The frames of bodies from their displacements, four numbers each, and the probe's from that of its tip."""
 
-    def __init__(self, frame: object, at: Point) -> None:
+    def __init__(self, frames: Sequence[object], places: Sequence[Point], body: str, probe: object | None) -> None:
         super().__init__()
-        self._frame, self._at = frame, at
-        self._body = self.DeclareVectorInputPort("body", 4)
+        self._frames, self._places, self._probe = frames, places, probe
+        self._body = self.DeclareVectorInputPort(body, 4 * len(frames))
+        self._tip = None if probe is None else self.DeclareVectorInputPort("probe", 3)
         self.DeclareAbstractOutputPort("pose", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
-        x, y = self._body.Eval(context)[:2]
+        displaced = self._body.Eval(context).reshape(-1, 4)[:, :2] + self._places
         poses = FramePoseVector()
-        poses.set_value(self._frame, RigidTransform([self._at[0] + x, self._at[1] + y, 0.0]))
+        for frame, (x, y) in zip(self._frames, displaced, strict=True):
+            poses.set_value(frame, RigidTransform([x, y, 0.0]))
+        if self._tip is not None:
+            poses.set_value(self._probe, RigidTransform(self._tip.Eval(context)))
         output.set_value(poses)
 
 
-def _instance(name: str, size: tuple[float, float, float], middle: tuple[float, float, float]) -> GeometryInstance:
-    made = GeometryInstance(RigidTransform(np.array(middle)), Box(*size), name)
+def _instance(name: str, shape: Shape, middle: tuple[float, float, float]) -> GeometryInstance:
+    made = GeometryInstance(RigidTransform(np.array(middle)), shape, name)
     seen = PerceptionProperties()
     seen.AddProperty("phong", "diffuse", Rgba(0.6, 0.6, 0.6, 1.0))
     seen.AddProperty("label", "id", RenderLabel(1))
@@ -170,13 +178,25 @@ def _instance(name: str, size: tuple[float, float, float], middle: tuple[float, 
     return made
 
 
-def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: TableScene | None = None) -> Diagram:
+def _solid(name: str, solid: Solid) -> GeometryInstance:
+    """A body about the axis through its place, its top where it is."""
+    wide, deep, high = solid.size
+    shape = CylinderShape(0.5 * wide, high) if solid.round else Box(wide, deep, high)
+    return _instance(name, shape, (0.0, 0.0, solid.top - 0.5 * high))
+
+
+def rendered_scene(
+    intrinsics: Intrinsics, where: Extrinsics, scene: TableScene | SolidsOnTable | None = None
+) -> Diagram:
     """A diagram with the input `body` (4: displacement in x, y [m], rates) and the output `depth_image`.
+
+    Of several bodies the input is `bodies`, so many numbers for each, and beside it `probe` (3: its tip [m]).
 
     Args:
         intrinsics: of the camera.
         where: it really is.
-        scene: what it looks at. Probe and hand are not in it, and the surface is the undeformed one.
+        scene: what it looks at. The hand is not in it, nor is the probe before a single box, and surfaces are
+            undeformed.
 
     Raises:
         BadInput: a focal length that Drake's renderer cannot have: fx and fy must be equal to a percent.
@@ -189,13 +209,21 @@ def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: TableScene 
     graph = builder.AddSystem(SceneGraph())
     graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams()))
     source = graph.RegisterSource("scene")
-    thick, top = 0.05, -scene.size[2]
-    table = _instance("table", (scene.table, scene.table, thick), (*scene.at, top - 0.5 * thick))
+    thick = 0.05
+    table = _instance("table", Box(scene.table, scene.table, thick), (*scene.at, scene.low - 0.5 * thick))
     graph.RegisterAnchoredGeometry(source, table)
-    frame = graph.RegisterFrame(source, GeometryFrame("box"))
-    if not scene.empty:
-        graph.RegisterGeometry(source, frame, _instance("box", scene.size, (0.0, 0.0, 0.5 * top)))
-    pose = builder.AddSystem(_BodyPose(frame, scene.at))
+    several = isinstance(scene, SolidsOnTable)
+    places = [solid.at for solid in scene.solids] or [scene.at]
+    frames = [graph.RegisterFrame(source, GeometryFrame(f"box {k}")) for k in range(len(places))]
+    for frame, solid in zip(frames, scene.solids, strict=False):
+        graph.RegisterGeometry(source, frame, _solid("box", solid))
+    probe = None
+    if isinstance(scene, SolidsOnTable):
+        probe = graph.RegisterFrame(source, GeometryFrame("probe"))
+        shaft = CylinderShape(scene.probe, _SHAFT)
+        graph.RegisterGeometry(source, probe, _instance("probe", shaft, (0.0, 0.0, 0.5 * _SHAFT)))
+    body = "bodies" if several else "body"
+    pose = builder.AddSystem(_BodyPoses(frames, places, body, probe))
     builder.Connect(pose.GetOutputPort("pose"), graph.get_source_pose_port(source))
     # The renderer's pixel u looks along (u + 0.5 - cx) / fx: its middle is counted from the image's corner.
     info = CameraInfo(i.width, i.height, i.fx, i.fy, i.cx + 0.5, i.cy + 0.5)
@@ -205,11 +233,16 @@ def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: TableScene 
         RgbdSensor(graph.world_frame_id(), placed, DepthRenderCamera(core, DepthRange(_NEAR, _FAR)))
     )
     builder.Connect(graph.get_query_output_port(), sensor.query_object_input_port())
-    builder.ExportInput(pose.GetInputPort("body"), "body")
+    for name in _inputs(scene):
+        builder.ExportInput(pose.GetInputPort(name), name)
     builder.ExportOutput(sensor.depth_image_32F_output_port(), "depth_image")
     diagram = builder.Build()
     diagram.set_name("rendered_scene")
     return diagram
+
+
+def _inputs(scene: TableScene | SolidsOnTable | None) -> tuple[str, ...]:
+    return ("bodies", "probe") if isinstance(scene, SolidsOnTable) else ("body",)
 
 
 def perfect_depth(scene: Diagram) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
@@ -223,12 +256,12 @@ def simulated_camera(
     where: Extrinsics,
     convert: DepthToCloud,
     *,
-    scene: TableScene | None = None,
+    scene: TableScene | SolidsOnTable | None = None,
     noise: DepthNoise | None = None,
     rate: float = 30.0,
     latency: float = 0.0,
 ) -> Diagram:
-    """Scene and camera: input `body` (4), outputs `point_cloud` and `camera` as of `SimulatedDepthCameraSystem`.
+    """Scene and camera: inputs of `rendered_scene`, outputs `point_cloud`, `camera` of `SimulatedDepthCameraSystem`.
 
     Args:
         where: the camera really is.
@@ -244,7 +277,8 @@ def simulated_camera(
     camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=rate, latency=latency))
     builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
     builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
-    builder.ExportInput(view.GetInputPort("body"), "body")
+    for name in _inputs(scene):
+        builder.ExportInput(view.GetInputPort(name), name)
     for port in ("point_cloud", "camera"):
         builder.ExportOutput(camera.GetOutputPort(port), port)
     diagram = builder.Build()

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,22 @@ from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 
 Point = tuple[float, float]
+
+
+class Solid(NamedTuple):
+    """A body on a table, before anything moves.
+
+    Attributes:
+        size: of it along x, y, z [m]; of a cylinder the first is the diameter.
+        at: x, y of its middle [m].
+        top: height of its top in the table frame [m].
+        round: it is a cylinder.
+    """
+
+    size: tuple[float, float, float]
+    at: Point
+    top: float = 0.0
+    round: bool = False
 
 
 @dataclass(frozen=True)
@@ -31,6 +48,35 @@ class TableScene:
     def __post_init__(self) -> None:
         for value in (*self.size, self.table):
             check_number("scene", "size, table", value, least=0.0, open_interval=True)
+
+    @property
+    def solids(self) -> tuple[Solid, ...]:
+        """The box, if it is there."""
+        return () if self.empty else (Solid(self.size, self.at),)
+
+    @property
+    def low(self) -> float:
+        """Height of the table in the table frame [m]."""
+        return -self.size[2]
+
+
+@dataclass(frozen=True)
+class SolidsOnTable:
+    """Several bodies on a table, under a probe that hides what is behind it.
+
+    Attributes:
+        solids: the bodies.
+        low: height of the table in the table frame [m].
+        table: side of the table's square top [m].
+        at: x, y of the table's middle [m].
+        probe: radius of the probe, a cylinder above its tip [m].
+    """
+
+    solids: tuple[Solid, ...]
+    low: float
+    table: float = 1.5
+    at: Point = (0.0, 0.0)
+    probe: float = 0.005
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ from mmt_drake.model.body import (
     sense,
     touch,
 )  # fmt: skip
-from mmt_drake.model.forces import Surroundings, constants, law_push, level_spring, normal_force
+from mmt_drake.model.forces import Spring, Surroundings, constants, law_push, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.local_contact import Facet, Touch, axes_of, force_of, height_above, is_level, touching
 from mmt_drake.model.normal_axis import press, pressed, touch_normal
@@ -110,6 +110,22 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
             there is one in this interval, else on the sample).
         p: kernel vector.
     """
+    _advance(state, t, motion, contact, 0.0, 0.0, p)
+
+
+@njit(cache=True, error_model="numpy")
+def advance_pushed(state: Array, t: float, motion: Array, contact: float, push: Array, p: Array) -> None:
+    """`advance` while something beside the probe pushes the body all the time, in contact or not.
+
+    Args:
+        state, t, motion, contact, p: as there.
+        push: (2,) force on the body along x and y [N].
+    """
+    _advance(state, t, motion, contact, push[0], push[1], p)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _advance(state: Array, t: float, motion: Array, contact: float, push_x: float, push_y: float, p: Array) -> None:
     h = t - state[TIME]
     before = state[CONTACT] != 0.0
     after = motion[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
@@ -123,11 +139,16 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     start, c = state[TIME] - state[BEGAN], constants(p)
     along, across = path_of_probe(state, motion, 0, h), path_of_probe(state, motion, 1, h)
     n, load, spring = _normal_constants(p, c), height, level_spring(c)
-    both = (spring, spring, c, p.ctypes.data, len(p))
+    first, second = Cubic(push_x, 0.0, 0.0, 0.0), Cubic(push_y, 0.0, 0.0, 0.0)
+    both = (Spring(spring.k, spring.b, first), Spring(spring.k, spring.b, second), c, p.ctypes.data, len(p))
+    pushed = push_x != 0.0 or push_y != 0.0
     if h > 0.0:
         if c.normal_axis != 0.0 and before:
             load = press(state, NORMAL, height, 0.0, s_switch, start, n)
-        advance_object(state, BODY, 0.0, s_switch, along, across, load, before, start, *both)
+        if pushed and not before:
+            _drift(state, 0.0, s_switch, start, first, second, c, p)
+        else:
+            advance_object(state, BODY, 0.0, s_switch, along, across, load, before, start, *both)
     if after and not before:
         touch(state, BODY, along, s_switch, c)
         touch(state, BODY + AXIS_SIZE, across, s_switch, c)
@@ -136,12 +157,31 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
     if s_switch < h:
         if c.normal_axis != 0.0 and after:
             load = press(state, NORMAL, height, s_switch, h, start, n)
-        advance_object(state, BODY, s_switch, h, along, across, load, after, start, *both)
+        if pushed and not after:
+            _drift(state, s_switch, h, start, first, second, c, p)
+        else:
+            advance_object(state, BODY, s_switch, h, along, across, load, after, start, *both)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
         state[PROBE + i] = motion[i]
     _read_sensor(state, h, p)
+
+
+@njit(error_model="numpy")
+def _drift(state: Array, s: float, s_end: float, start: float, x: Cubic, y: Cubic, c: Constants, p: Array) -> None:
+    """Advance a body that no probe holds from s to s_end, pushed by x and y [N].
+
+    A contact pushes, so there is one here: without stiffness, with a tip that goes as the body goes at first.
+    """
+    free = Cubic(0.0, 0.0, 0.0, 0.0)
+    anchors = state[BODY + ANCHOR], state[BODY + AXIS_SIZE + ANCHOR]
+    state[BODY + ANCHOR] = state[BODY + AXIS_SIZE + ANCHOR] = 0.0
+    (x0, y0, _), (vx, vy, _) = body_of(state)
+    along, across = Cubic(x0 - vx * s, vx, 0.0, 0.0), Cubic(y0 - vy * s, vy, 0.0, 0.0)
+    both = (Spring(0.0, 0.0, x), Spring(0.0, 0.0, y), c, p.ctypes.data, len(p))
+    advance_object(state, BODY, s, s_end, along, across, free, True, start, *both)
+    state[BODY + ANCHOR], state[BODY + AXIS_SIZE + ANCHOR] = anchors
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -16,14 +16,16 @@ from mmt_drake.motion.analytic import AnalyticMotion
 from mmt_drake.motion.between_targets import press_slide_lift, reaches
 from mmt_drake.motion.carrying import carry
 from mmt_drake.motion.reaching import AXES
+from mmt_drake.motion.visits import visits
 
 #: Every scripted motion by its name.
 SCRIPTED: dict[str, Callable[..., AnalyticMotion]] = {
-    builder.__name__: builder for builder in (strokes, chirp, press_slide_lift, sines, reaches, stroke_and_hold, carry)
+    builder.__name__: builder
+    for builder in (strokes, chirp, press_slide_lift, sines, reaches, stroke_and_hold, carry, visits)
 }
 
 _CHOICES = {"axis": tuple(AXES), "first": ("fast", "slow")}
-_MAY_BE_ZERO = {"seed", "lifts", "tremor"}
+_MAY_BE_ZERO = {"seed", "lifts", "tremor", "first_low", "last_low"}
 
 
 def scripted_parameters(name: str) -> dict[str, float | int | str]:

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from mmt_drake.cloud.scene_layout import PLACES, SCENE, SCENE_UNITS
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_BODY
 from mmt_drake.model.message_layout import MESSAGE
@@ -66,6 +67,10 @@ class Signal:
             return ("m", "m", "s") * 2
         if self.name in ("carried", "carried_deviation"):
             return tuple(_CARRIED_UNITS.get(column.rsplit("_", 1)[1], "") for column in self.columns)
+        if self.name == "scene":
+            return SCENE_UNITS
+        if self.name == "places":
+            return ("m",) * self.size
         if self.name == "model":
             return tuple(THETA_UNITS.get(number.removeprefix("model_"), "") for number in self.columns)
         if self.name in ("force_lateness", "link_clock"):
@@ -144,6 +149,11 @@ SIGNALS = (
     _scalar("grip_holds", "/gripper/holds", "code"),
     _scalar("grip_slipped", "/gripper/slipped", "scalar"),
     _vector("proxy_position", "/contact_detector/proxy", POINT, "position"),
+    _array("scene", "/scene/objects", SCENE),
+    _array("places", "/environment/places", PLACES),
+    _scalar("told_thing", "/estimator/thing", "code"),
+    _scalar("remembered", "/memory/remembered", "code"),
+    _scalar("touched", "/environment/touched", "code"),
     _scalar("probe_zero", "/probe_compensation/zero", "code"),
     # A run in real time, and on devices.
     _vector("applied_force", "/omega/wrench", WRENCH, "force"),

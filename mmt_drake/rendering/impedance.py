@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import watch
 from mmt_drake.model.local_contact import Facet
@@ -44,6 +45,7 @@ _SINCE = _next(2)  # when the body came to where it is, along x and y
 _SEEN = _next(3)  # where the hand was when that was known last
 _FELT, _LEFT = _next(3), _next()  # the force on it then, and what is left of that
 _UNSEEN = _next()  # ticks since then
+THING = _next()  # identity of the object that is rendered; 0: nobody has said
 _LAWS = _next(TOLD_SIZE)  # what the last good message tells of laws
 MEMORY_SIZE = _next.size
 
@@ -123,6 +125,23 @@ def _let_go(memory: Array, t: float, hand: Array, seen: bool, rule: Array, out: 
         _feel(memory, hand, out[_ENERGY], rule, out)
     else:
         now[_LEFT], now[_UNSEEN] = left, memory[_UNSEEN] + 1.0
+
+
+@njit(cache=True)
+def meet(memory: Array, thing: float) -> bool:
+    """Begin another object: its body rests and counts from where it is. False: it is the same, or one is still held.
+
+    Args:
+        memory: (MEMORY_SIZE,), changed in place.
+        thing: identity of the object that the hand is over; 0: nobody knows.
+    """
+    state = memory[_STATE]
+    if not thing > 0.0 or thing == memory[THING] or state[box.CONTACT] != 0.0:
+        return False
+    memory[THING] = thing
+    for at in (box.BODY, box.BODY + AXIS_SIZE):
+        state[at + POSITION] = state[at + VELOCITY] = state[at + MODE] = 0.0
+    return True
 
 
 @njit(cache=True)

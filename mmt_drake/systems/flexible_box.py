@@ -69,6 +69,30 @@ def _bring_on(memory: Array, t: float, motion: Array, contact: float, p: Array, 
 
 
 @njit(cache=True)
+def put_measurement(motion: Array, noisy: float, sigma: Array, seed: int, count: int, out: Array) -> None:
+    """Write what the sensors read to a readout: motion, and force, which stands where the true force belongs.
+
+    Args:
+        motion: (6,) of the probe [m], [m/s].
+        noisy: whether there is noise.
+        sigma: (3,) its standard deviations: position [m], velocity [m/s], force [N].
+        seed: of the noise.
+        count: of updates.
+        out: the readout, changed.
+    """
+    read = out[FORCE : FORCE + 3]
+    if noisy:
+        fill_normal(seed, count, out[:FORCE])
+        for i in range(3):
+            out[i] = motion[i] + sigma[0] * out[i]
+            out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
+            out[6 + i] = read[i] + sigma[2] * out[6 + i]
+    else:
+        assign(out[:6], motion)
+        assign(out[6:FORCE], read)
+
+
+@njit(cache=True)
 def _read(
     memory: Array,
     t: float,
@@ -94,15 +118,7 @@ def _read(
         box.advance(now, t, motion, contact, p)
     read = out[FORCE : FORCE + 3]  # first what the sensor reads, in the end the force itself
     box.reading(now, p, read)
-    if noisy:
-        fill_normal(seed, int(now[_TICK]), out[:FORCE])
-        for i in range(3):
-            out[i] = motion[i] + sigma[0] * out[i]
-            out[3 + i] = motion[3 + i] + sigma[1] * out[3 + i]
-            out[6 + i] = read[i] + sigma[2] * out[6 + i]
-    else:
-        assign(out[:6], motion)
-        assign(out[6:FORCE], read)
+    put_measurement(motion, noisy, sigma, seed, int(now[_TICK]), out)
     box.force_on_probe(now, p, read)
     out[CONTACT] = now[box.CONTACT]
     for i in range(2):

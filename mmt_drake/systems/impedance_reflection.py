@@ -10,7 +10,7 @@ from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import InPlane
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, drop_laws, render_on
+from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, THING, drop_laws, meet, render_on
 from mmt_drake.rendering.laws import felt_by_bytes
 from mmt_drake.rendering.updates import Policy, renderer_rules
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -47,6 +47,7 @@ class ImpedanceRenderer(KernelSystem):
         - model_status
         - facet
         - model
+        - thing
         output_ports:
         - force
         - status
@@ -72,6 +73,8 @@ class ImpedanceRenderer(KernelSystem):
     - `model` (28): the latest message of the estimator (`mmt_drake.model_message`) [SI], of which named laws are taken;
       zeros: none yet. They act where the surface stays and nothing slips on it. May stay unconnected, and then those
       of the option `model` act.
+    - `thing` (1): identity of the object that the hand is over [1]; each other one begins at rest, with the theta that
+      there is then. 0, or unconnected: it is always the same.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
     - `status` (1): what became of the latest theta, 0 to 9 as in `mmt_drake.rendering.status`: 0 where nothing has been
       rendered yet, 1 rendered, 2 on its way, 3 passed over as unstable, 4 as no model, 5 as too stiff; 6 where motion
@@ -119,13 +122,16 @@ class ImpedanceRenderer(KernelSystem):
             check_number("renderer", "mu", mu, least=0.0, open_interval=True)
         self._fixed = 0.0 if carried else 1.0, math.inf if mu is None else mu
         self._laws = NO_LAWS if model is None else told_by(model)
-        may_be_left = ("held_body", "hand", "model_status", "facet", "model")
+        may_be_left = ("held_body", "hand", "model_status", "facet", "model", "thing")
         self.declare_inputs("motion", "theta", "stable", "in_contact", *may_be_left, optional=may_be_left)
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
-        motion, theta, stable, contact, held, hand, model_status, told, model = inputs
+        motion, theta, stable, contact, held, hand, model_status, told, model, thing = inputs
+        if thing is not None and thing[0] != memory[THING]:
+            memory = memory.copy()
+            meet(memory, thing[0])
         hand = motion if hand is None else hand
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))

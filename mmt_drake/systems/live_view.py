@@ -20,7 +20,7 @@ FRAME_INTERVAL = 0.03
 
 _SHOWN = (
     *("motion", "measurement", "rendered_force", "in_contact", "proxy", "normal", "body_position", "theta", "stable"),
-    *("model_status", "model", "learner_status", "carried", "estimated_force", "true_force", "point_cloud"),
+    *("model_status", "model", "learner_status", "carried", "estimated_force", "true_force", "scene", "point_cloud"),
 )
 
 
@@ -46,6 +46,7 @@ class LiveView(LeafSystem):
         - carried
         - estimated_force
         - true_force
+        - scene
         - point_cloud
 
     Inputs (table frame); each is optional, and what is not connected is not shown:
@@ -65,6 +66,7 @@ class LiveView(LeafSystem):
     - `carried` (5): what is carried [SI], as `LoadEstimator` tells it, in words.
     - `estimated_force` (3): what the estimator's model says [N].
     - `true_force` (3): the simulated object's, without noise [N].
+    - `scene` (54): what is seen of several objects (`mmt_drake.cloud.scene_layout`) [SI]: boxes, coloured by state.
     - `point_cloud` (abstract, `mmt_drake.cloud.Cloud`): the surface.
 
     Samples are taken 100 times a second of simulation, pictures drawn 33 times a second of wall clock at most. Nothing

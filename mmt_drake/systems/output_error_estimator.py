@@ -7,6 +7,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
 from mmt_drake.closing import Closing
+from mmt_drake.cloud.scene_layout import ACROSS, ALONG, HEIGHT, row_of
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.estimation.output_error.gate import drop_laws, hand_over, initial_readout, settings, take_samples, tick
@@ -40,6 +41,8 @@ class OutputErrorEstimator(KernelSystem, Closing):
         - reading
         - stamp
         - model
+        - thing
+        - scene
         output_ports:
         - theta
         - regrouped
@@ -53,6 +56,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
         - residual_ratio
         - force_lateness
         - model
+        - thing
         - readout
 
     Inputs: `measurement` (9), the probe's position [m], velocity [m/s] and the force on it [N] in the table frame;
@@ -61,7 +65,9 @@ class OutputErrorEstimator(KernelSystem, Closing):
     where it is not connected. They may be NaN, frozen, saturated, repeated or late: see `status`. `stamp` (1) [s]: when
     the operator sent the motion that the probe follows now, by the operator's clock; the Context's time where it is not
     connected. `model` (28): the message [SI] whose laws act beside theta (`mmt_drake.model_message`); a later one
-    takes the place of the last, and of `effects` of the options. It is read once a period.
+    takes the place of the last, and of `effects` of the options. It is read once a period. `thing` (1) [1]: which of
+    several objects the probe is at, by its identity, 0 where nobody knows, and `scene` (54) [SI], what is seen of them
+    (`mmt_drake.cloud.scene_layout`): each then has a theta of its own, which is taken up again when it is met again.
 
     Outputs, all of them states, hence one step younger than the inputs:
 
@@ -89,8 +95,9 @@ class OutputErrorEstimator(KernelSystem, Closing):
       these [s], too small for a time constant below some 2 ms.
       `estimated_force` is that of the object, which is not late.
     - `model` (28): the message that theta goes with [SI]; zeros without laws.
-    - `readout` (49, a message and the memory, whose size depends on the options): the twelve above in that order, then
-      the memory.
+    - `thing` (1): identity of the object that theta is of [1]; 0: nobody has said.
+    - `readout` (50, a message and the memory, whose size depends on the options): the thirteen above in that order,
+      then the memory.
 
     Attributes:
         fits: the process that makes them; None: they are made in the run.
@@ -109,11 +116,11 @@ class OutputErrorEstimator(KernelSystem, Closing):
         self._learner = learner = Learner(chosen)
         # It begins now: in the run it would take the loop's priority and processor.
         self.fits = FitProcess(chosen) if worker else None
-        self._begun, self._no_fit, self._retold = 0.0, False, 0.0
+        self._begun, self._no_fit, self._retold, self._met = 0.0, False, 0.0, 0
         known = learner.beginning()
         self._told = known.told
         initial = initial_readout(self._settings, known)
-        may_be_left = "reading", "stamp", "model"
+        may_be_left = "reading", "stamp", "model", "thing", "scene"
         self.declare_inputs("measurement", "in_contact", *may_be_left, optional=may_be_left)
         self.declare_state_readout(PORT_SIZES, initial, chosen.step)
         self._knowledge = self.DeclareAbstractState(AbstractValue.Make(known))
@@ -130,7 +137,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
             self.fits.close()
 
     def _step(self, t: float, readout: Array, *inputs: Array) -> None:
-        measurement, contact, reading, stamp, model = inputs
+        measurement, contact, reading, stamp, model, *_ = inputs
         reading = measurement[6:] if reading is None else reading
         given = measurement, reading, contact[0], t, t if stamp is None else stamp[0], readout, self._settings
         try:
@@ -150,6 +157,10 @@ class OutputErrorEstimator(KernelSystem, Closing):
         known: Knowledge = context.get_abstract_state(self._knowledge).get_value()
         readout = state.get_mutable_discrete_state().get_mutable_value()
         hand_over(readout, known.told)
+        met = self._learner.met(known, *self._thing_at(context))
+        if met is not known:
+            known = met
+            hand_over(readout, known.told)
         if (model := self._model_at(context)) is not None:
             known = self._learner.retold(known, model)
         known = self._learner.learned(known, *take_samples(readout, self._settings))
@@ -157,8 +168,16 @@ class OutputErrorEstimator(KernelSystem, Closing):
 
     def _model_at(self, context: Context) -> Array | None:
         """The message that there is; None: there is none that could be taken up."""
-        model: Array | None = self.inputs_at(context)[-1]
+        model: Array | None = self.inputs_at(context)[-3]
         return None if model is None or _refused(model.tobytes()) else model.copy()
+
+    def _thing_at(self, context: Context) -> tuple[int, tuple[float, ...]]:
+        """Which object the probe is at, and its size; 0: nobody knows."""
+        thing, scene = self.inputs_at(context)[-2:]
+        row = -1 if thing is None or scene is None else row_of(scene, thing[0])
+        if row < 0:
+            return 0, ()
+        return int(thing[0]), (float(scene[row + ALONG]), float(scene[row + ACROSS]), float(scene[row + HEIGHT]))
 
     def _take_up(self, beside: FitProcess, context: Context, state: State) -> None:
         """Hand over the fit that is done, if any, and have the next one made."""
@@ -177,6 +196,10 @@ class OutputErrorEstimator(KernelSystem, Closing):
         if (model := self._model_at(context)) is not None and model[MESSAGE_NUMBER] > self._retold:
             self._retold = model[MESSAGE_NUMBER]
             failed |= not beside.retell(model)
+        thing, size = self._thing_at(context)
+        if thing not in (0, self._met):
+            self._met = thing
+            failed |= not beside.met(thing, size)
         self._no_fit = not beside.submit(samples, broken or failed) or failed
 
 

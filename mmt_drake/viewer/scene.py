@@ -8,6 +8,7 @@ import numpy as np
 
 from mmt_drake.analysis.plotting import GREEN, MEASURED, ORANGE, PURPLE, RED, RENDERED, SKY
 from mmt_drake.cloud import Cloud, ProxySettings
+from mmt_drake.cloud.scene_layout import ACROSS, ALONG, HEIGHT, STATE, THING, TOP, SeenState, X, Y, rows
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.clouds import thinned
 from mmt_drake.viewer.shapes import box, cylinder, rgb, sphere
@@ -40,6 +41,15 @@ LEGEND = (
 )
 """What is drawn, and its colour."""
 
+_STATES = {
+    SeenState.OCCLUDED: SKY,
+    SeenState.LOST: RED,
+    SeenState.FOUND: GREEN,
+    SeenState.MERGED: ORANGE,
+    SeenState.SPLIT: ORANGE,
+    SeenState.NEW: GREEN,
+}
+"""Colours of objects of which something is told."""
 _NOTHING = (0.0, 0.0, 0.0)
 _OBJECT, _WOOD = "#8CBF99", "#998570"
 _SPHERES = {"r1": (RED, 0.35), "r2": (ORANGE, 0.25), "r3": (SKY, 0.15)}  # colour and opacity
@@ -107,15 +117,18 @@ class Scene:
         self._drawn: Array | None = None  # base points of the cloud that is drawn
         self._next_points = -math.inf
         self._has_object = False
+        self._things: dict[str, tuple[SeenState, tuple[float, float, float]]] = {}
         viewer.set_property("/Grid", "visible", False)  # it lies in the object's top
         viewer.set_transform("/Axes", np.diag([_AXES, _AXES, _AXES, 1.0]))
         self.look_at((0.0, 0.0, 0.0))
 
     def show(self, values: Mapping[str, Sequence[float]], cloud: Cloud | None) -> None:
         """What is known at an instant, by the names of the ports of `mmt_drake.systems.live_view.LiveView`."""
+        if "scene" in values:
+            self.show_objects(np.asarray(values["scene"]))
         if cloud is not None:
             self.show_cloud(cloud)
-        if "body_position" in values:
+        if "body_position" in values and "scene" not in values:
             self.show_object(values["body_position"])
         if "motion" in values:
             self.show_hand(values["motion"][:3], values.get("rendered_force", _NOTHING))
@@ -163,6 +176,23 @@ class Scene:
         """The object and what is drawn of it, displaced by (2) [m]; nothing before the first cloud told its size."""
         if self._has_object:
             self._move("object", [displacement[0], displacement[1], 0.0])
+
+    def show_objects(self, scene: Array) -> None:
+        """Each object of a scene (54) as a box, coloured by what is seen of it; one that is taken away is hidden."""
+        seen = rows(scene)
+        if len(seen) and not self._has_object:
+            self._has_object = True  # none is made of the cloud
+            self._viewer.set_object(self._at("table"), box(_TABLE, _WOOD))
+            low = float(seen[0, TOP] - seen[0, HEIGHT])
+            self._viewer.set_transform(self._at("table"), placed(0.0, 0.0, low - 0.5 * _TABLE[2]))
+        for row in seen:
+            name, state = f"things/{row[THING]:.0f}", SeenState(int(row[STATE]))
+            size = (float(row[ALONG]), float(row[ACROSS]), float(row[HEIGHT]))
+            if self._things.get(name) != (state, size):
+                self._things[name] = state, size
+                self._viewer.set_object(self._at(name), box(size, _STATES.get(state, _OBJECT), 0.5))
+                self._viewer.set_property(self._at(name), "visible", state != SeenState.TAKEN_AWAY)
+            self._move(name, (row[X], row[Y], row[TOP] - 0.5 * row[HEIGHT] - _BESIDE))
 
     def show_cloud(self, cloud: Cloud) -> None:
         """The surface as the camera saw it last, thinned to 5000 points.

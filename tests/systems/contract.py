@@ -16,6 +16,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, PortDataType, System
 
 from mmt_drake.cloud import Cloud, plane
+from mmt_drake.cloud.scene_layout import MOST, ROW, SeenState
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 
 PERIOD = 1e-3
@@ -78,6 +79,15 @@ def camera_points(t: float) -> PointCloud:
     return cloud
 
 
+def scene(t: float) -> np.ndarray:
+    """(54,) two objects, one of which is under the probe and goes with it, a little higher than it was."""
+    rows = np.zeros((MOST, ROW))
+    frame = np.floor(t * 30) / 30
+    rows[0] = 1.0, SeenState.SEEN, 0.01 * frame, 0.0, 1e-3 * frame, 0.05, 0.12, 0.12, frame
+    rows[1] = 2.0, SeenState.MERGED, 0.2, 0.0, -0.01, 0.04, 0.08, 0.08, frame
+    return rows.ravel()
+
+
 SIGNALS: dict[str, Callable[[float], Any]] = {
     "motion": motion,
     "position": lambda t: motion(t)[:3],
@@ -110,6 +120,9 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "grip": lambda t: np.array([0.0 if t % 0.5 < 0.1 else 6.0 + np.sin(9.0 * t)]),
     "held": lambda t: np.array([float(t % 0.5 > 0.1), 1e-4 * t, 2e-4 * t, 0.0]),
     "carried": lambda t: np.array([2.0, 0.3 + 0.01 * np.sin(t), 0.05, 0.1, 5.0]),
+    "scene": scene,
+    "told_thing": lambda t: np.array([float(t < 0.1)]),
+    "thing": lambda t: np.array([1.0 if t < 0.25 else 2.0]),
 }
 
 

@@ -54,6 +54,8 @@ from mmt_drake.systems.live_view import LiveView
 from mmt_drake.systems.load_estimator import LoadEstimator
 from mmt_drake.systems.local_frame import LocalFrame
 from mmt_drake.systems.network_channel import network_channel
+from mmt_drake.systems.object_memory import ObjectMemory
+from mmt_drake.systems.objects_on_table import ObjectsOnTable, OnTable
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
@@ -62,9 +64,11 @@ from mmt_drake.systems.proxy_spring import ProxySpringRenderer
 from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.systems.rls_estimator import RlsEstimator
+from mmt_drake.systems.scene_tracker import SceneTracker
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.systems.surface_contact import SurfaceContactSystem
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
+from mmt_drake.systems.touched_object import TouchedObject
 from mmt_drake.systems.yielding_hand import YieldingHand
 from mmt_drake.viewer.viewer import Viewer
 
@@ -159,6 +163,14 @@ def foreign_box(**sensors: Any) -> ForeignBoxSystem:
     )
 
 
+def objects_on_table() -> ObjectsOnTable:
+    """Three, of which the first is under the probe and pushed into the second."""
+    size, model = (0.06, 0.06, 0.05), FlexibleBoxModel()
+    things = [OnTable(model, at, size, at[0] > 0.0, 0.0) for at in ((0.0, 0.0), (0.061, 0.0), (0.2, 0.0))]
+    noise = SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6)
+    return ObjectsOnTable(things, noise=noise, spacing=0.004, cloud_noise=1e-4)
+
+
 def with_effects(model: Any) -> Any:
     """The model with friction that depends on the load, and a branch that remembers."""
     for name, values in (
@@ -202,6 +214,8 @@ SURE = frozenset(("model_status", port) for port in (*impedance.PORT_SIZES, "rea
 LIES = frozenset({("facet", "status")})
 #: A message that is changed by a little is refused, and the last good one stays.
 TOLD = frozenset(("model", port) for port in ("force", "update_jump", "stored_energy"))
+#: Another object matters where none is held, from the next touch on.
+MET = frozenset(("thing", port) for port in impedance.PORT_SIZES)
 #: A hand apart from the motion matters to these where it is not finite.
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
@@ -238,6 +252,27 @@ CASES: dict[str, Case] = {
         computed_together=ON_THE_TABLE,
         still=frozenset({"carries"}),
     ),
+    "ObjectsOnTable": Case(lambda folder: objects_on_table(), any_size=frozenset({"bodies"})),
+    "SceneTracker": Case(lambda folder: SceneTracker(-0.05, offset=0.5e-3)),
+    "TouchedObject": Case(
+        # Over one object, whose top is told once in a while.
+        lambda folder: TouchedObject(),
+        computed_together=frozenset({("position", "facet"), ("position", "thing")}),
+        still=frozenset({"thing"}),
+    ),
+    "ObjectMemory": Case(
+        # What is stable is kept, and so is all that goes with it; a size matters to a guess alone.
+        lambda folder: ObjectMemory(),
+        computed_together=frozenset(
+            {
+                *(("model_status", port) for port in ("theta", "stable", "remembered")),
+                *(("theta", port) for port in ("stable", "model_status", "remembered")),
+                *((port, "stable") for port in ("thing", "scene", "told_thing", "stable")),
+                *((port, "remembered") for port in ("told_thing", "stable")),
+            }
+        ),
+        still=frozenset({"stable"}),
+    ),
     "ForeignBoxSystem": Case(lambda folder: foreign_box()),
     "ForeignBoxSystem-sensors": Case(
         lambda folder: foreign_box(
@@ -250,12 +285,12 @@ CASES: dict[str, Case] = {
     "YieldingHand": Case(lambda folder: YieldingHand()),
     "ImpedanceRenderer": Case(
         lambda folder: ImpedanceRenderer(),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD | MET,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-blended": Case(
         lambda folder: ImpedanceRenderer(updates=Blended()),
-        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD,
+        computed_together=STATUS_ALONE | UNLESS_BAD | SURE | LIES | TOLD | MET,
         still=frozenset({"status"}),
     ),
     "ImpedanceRenderer-energy": Case(
@@ -263,7 +298,8 @@ CASES: dict[str, Case] = {
         computed_together=frozenset(("held_body", port) for port in ("force", "status", "update_jump"))
         | {("model_status", "status"), ("motion", "status")}
         | LIES
-        | TOLD,
+        | TOLD
+        | MET,
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),

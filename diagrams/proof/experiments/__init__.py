@@ -21,6 +21,7 @@ MODULES: Final = {
     "device": "device",
     "learning": "learning",
     "carrying": "carrying",
+    "scene": "scene",
     "arms": "arms",
     **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }

@@ -45,7 +45,7 @@ def touching(thing: Callable[[FlexibleBoxModel], FlexibleBoxModel]) -> Change:
     """Another object, made of the one that is there."""
 
     def change(scenario: Scenario) -> Scenario:
-        world = scenario.environment
+        world = scenario.single
         return replace(scenario, environment=replace(world, object=thing(world.object)))
 
     return change

@@ -89,6 +89,6 @@ def slide(model: FlexibleBoxModel, seconds: float | None, seed: int) -> Recordin
     """
     length = seconds or 60.0
     hand = Scripted("strokes", {"duration": max(length, 12.0)})
-    world = replace(_SETUP.environment, object=model)
+    world = replace(_SETUP.single, object=model)
     recording = run(replace(_SETUP, seed=seed, duration=length, operator=hand, environment=world))
     return completed(recording.time, {name: recording[name] for name in _KEPT}, "simulated arm")

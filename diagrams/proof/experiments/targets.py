@@ -148,3 +148,12 @@ def answered(case: str, metrics: Metrics, tick: float) -> list[Reached]:
 def _longest(lags: Lags) -> float | None:
     """The lag farthest from none [s]; None where no event could be answered, or one was lost."""
     return None if lags.lost else max((abs(each) for each in lags.lags_s if each is not None), default=None)
+
+
+SECOND_TOUCH: Final = Target("first 0.5 s of a touch of a known object, worst", to_reach=0.03)
+"""Of set-up 4."""
+TOUCH_LATE: Final = Target("touch or release off the truth", "s", to_reach=0.03)
+ENERGY_GIVEN: Final = Target("energy given that was not put in", "J", to_reach=1e-5)
+SLOWNESS: Final = Target("time for a second of simulation", "s", to_reach=1.0 / 3.0)
+IDENTITY_LOST: Final = Target("object-minutes in view without the first identity", to_reach=0.1)
+SWAPPED: Final = Target("identities swapped without a word", "times", to_reach=0.0)

@@ -3,7 +3,7 @@
 What is known stays there. To it go samples, as they are taken, and model messages; back comes what a fit hands over.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from mmt_drake.numeric.arrays import Array
 from mmt_drake.own_process import OwnProcess, served
 
 _MODEL = 2.0  # in the place of `broken`: a model message, which is not answered
+_MET = 3.0  # an object that the probe is at, likewise
 
 
 class FitProcess(Closing):
@@ -54,6 +55,10 @@ class FitProcess(Closing):
         """Tell it a message (MESSAGE_SIZE,), as of `Learner.retold`; False: the process has ended."""
         return self.own.send(np.concatenate([[_MODEL], model]).tobytes())
 
+    def met(self, thing: int, size: Sequence[float]) -> bool:
+        """Tell it an object that the probe is at, as of `Learner.met`; False: the process has ended."""
+        return self.own.send(np.array([_MET, thing, *size]).tobytes())
+
     def is_done(self) -> bool:
         """Whether the fit that is under way has ended, or the process; never waits."""
         return self.own.is_done()
@@ -81,6 +86,9 @@ def _begin(first: tuple[list[Path], OutputErrorOptions]) -> Callable[[bytes], by
     def answer(asked: bytes) -> bytes | None:
         nonlocal known
         what, *_ = numbers = np.frombuffer(asked)
+        if what == _MET:
+            known = learner.met(known, int(numbers[1]), tuple(numbers[2:].tolist()))
+            return None
         if what != _MODEL:
             known = learner.learned(known, numbers[1:].reshape(-1, SAMPLE_SIZE), bool(what))
             return known.told.vector().tobytes()

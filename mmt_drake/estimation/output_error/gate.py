@@ -53,7 +53,7 @@ def initial_readout(fixed: LearningSettings, known: Knowledge) -> Array:
 def hand_over(readout: Array, told: Told) -> None:
     """Put out what is known, and go on with it; a theta that cannot be integrated is passed over."""
     readout[at.MODEL_STATUS], readout[at.RESIDUAL] = told.status, told.left
-    readout[at.LATE], theta = told.lateness, told.theta
+    readout[at.LATE], theta, readout[at.THING] = told.lateness, told.theta, told.thing
     memory = readout[at.MEMORY]
     if readout[at.MODEL][MESSAGE_NUMBER] != told.model[MESSAGE_NUMBER]:
         readout[at.MODEL], memory[at.LAWS : at.LAWS + TOLD_SIZE] = told.model, told_by_bytes(told.model.tobytes())

@@ -1,6 +1,7 @@
 """What the estimator knows after a fit."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple, Self
@@ -41,6 +42,7 @@ class Told(NamedTuple):
         held: where friction holds the body (`mmt_drake.model.held_body`).
         status: a `ModelStatus`.
         left: residual over its noise.
+        thing: which object it is (`Learner.met`).
         model: (MESSAGE_SIZE,) the message whose laws are taken to act beside theta; zeros: there is none.
     """
 
@@ -51,6 +53,7 @@ class Told(NamedTuple):
     model: Array
     status: float
     left: float
+    thing: float = 0.0
 
     def vector(self) -> Array:
         """All of it, one after the other."""
@@ -60,7 +63,7 @@ class Told(NamedTuple):
     def from_vector(cls, vector: Array) -> Self:
         """What `vector` has made."""
         parts = vector[_THETA], vector[_DEVIATION], vector[_LATENESS], vector[_HELD], vector[_MODEL]
-        return cls(*parts, float(vector[-2]), float(vector[-1]))
+        return cls(*parts, *vector[_MODEL.stop :].tolist())
 
 
 _SIZES = len(THETA), len(THETA), len(FORCE_LATENESS), HELD_SIZE, MESSAGE_SIZE  # of its parts that are arrays
@@ -94,6 +97,9 @@ class Knowledge:
         adequacy: what is to be thought of the model.
         trusted: the unknowns and static friction when the model last explained the latest contact.
         model: (MESSAGE_SIZE,) the message whose laws are taken to act; zeros: there is none.
+        thing: identity of the object; 0: nobody has said.
+        size: of it, extents along x and y and height [m]; empty where nobody has said.
+        others: identity -> what is known of another object, without samples.
     """
 
     window: Window
@@ -117,6 +123,9 @@ class Knowledge:
     adequacy: Adequacy = field(default_factory=Adequacy)
     trusted: tuple[Array, Stick] | None = None
     model: Array = field(default_factory=partial(np.zeros, MESSAGE_SIZE))
+    thing: int = 0
+    size: tuple[float, ...] = ()
+    others: Mapping[int, "Knowledge"] = field(default_factory=dict)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
@@ -136,7 +145,9 @@ class Knowledge:
         """What is handed over."""
         adequacy = self.adequacy
         status = float(adequacy.status)
-        return Told(self.theta, self.deviation, self.lateness, self.held, self.model, status, adequacy.left)
+        return Told(
+            self.theta, self.deviation, self.lateness, self.held, self.model, status, adequacy.left, float(self.thing)
+        )
 
     @property
     def theta(self) -> Array:

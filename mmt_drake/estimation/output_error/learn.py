@@ -1,6 +1,7 @@
 """How new samples change what the estimator knows."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +9,11 @@ from threadpoolctl import ThreadpoolController
 
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import TOO_MUCH, Adequacy, ModelStatus, is_unexcited, left_of_latest
-from mmt_drake.estimation.output_error.along_normal import said_along_normal
+from mmt_drake.estimation.output_error.along_normal import said_along_normal, with_normal_axis
 from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.fit import Objective, comparable
 from mmt_drake.estimation.output_error.knowledge import FIRST_NOISE, Knowledge
+from mmt_drake.estimation.output_error.meeting import first_guess, put_away
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_sought
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
 from mmt_drake.estimation.output_error.trials import better_stick, start_elsewhere
@@ -111,7 +113,22 @@ class Learner:
         if not known.window.weight[-known.fresh :].any() or known.fresh * _FITS_PER_WINDOW < len(known.window):
             return known
         with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
-            return self._fitted(self._along_normal(known))
+            return self._fitted(with_normal_axis(known, self.options.prior, self.h))
+
+    def met(self, known: Knowledge, thing: int, size: Sequence[float]) -> Knowledge:
+        """Knowledge where the probe is at an object: what there is of it, or else a first guess by its size.
+
+        What is known of the one before is kept without its samples, and taken up again when that is met again. `thing`
+        is the object's identity, 0 where nobody knows and nothing changes; `size` its extents and height [m].
+        """
+        if thing in (0, known.thing):
+            return known
+        left = self._shortened(known, len(known.window)) if len(known.window) else known
+        others = {**known.others, known.thing: put_away(left)}
+        if thing in others:
+            return replace(others.pop(thing), others=others)
+        nothing = self.beginning()
+        return first_guess(nothing, self._prior(nothing), thing, size, others)
 
     def retold(self, known: Knowledge, model: Array) -> Knowledge:
         """Knowledge where the object is told to be of other laws: what it was taken for is no more believed.
@@ -315,17 +332,6 @@ class Learner:
         elif minimum is not None and age < _PATIENCE:
             return replace(known, rival=minimum.x, tried=(number, age + 1))
         return replace(without, tried=(number + 1, 0))
-
-    def _along_normal(self, known: Knowledge) -> Knowledge:
-        """Normal k and b by linear least squares on F_z = -k z - b v_z."""
-        prior = self.options.prior
-        believed = Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION)
-        said = said_along_normal(known.window, self.h, slice(None), known.x, known.noise)
-        found = believed.plus(known.normal_memory).plus(said)
-        covariance = found.covariance()
-        # A surface pushes back and does not pump energy.
-        normal = np.maximum(covariance @ found.vector, [1.0, 0.0])
-        return replace(known, normal=normal, normal_covariance=covariance)
 
     def _shortened(self, known: Knowledge, count: int) -> Knowledge:
         """Let the first `count` samples go and keep what they say."""

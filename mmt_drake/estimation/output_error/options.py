@@ -79,7 +79,7 @@ class OutputErrorOptions(Checked):
     memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
     in_plane: InPlane = "vector"
     effects: tuple[ToldEffect, ...] = ()
-    tells: ClassVar = ("held_body", "model_status", "model")
+    tells: ClassVar = ("held_body", "model_status", "model", "thing")
 
     CALLED: ClassVar = "output-error estimator"
 

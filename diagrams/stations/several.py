@@ -1,0 +1,117 @@
+"""Several objects on the remote side's table, as a scenario has them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Annotated
+
+from pydrake.systems.framework import System
+
+from mmt_drake.cloud.tracking_options import Tracking
+from mmt_drake.diagrams.stations.environment import NOISE_SEED
+from mmt_drake.diagrams.stations.surfaces import SimulatedDepthCamera, SurfaceCloud
+from mmt_drake.errors import BadInput, check_number
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.quantities import Quantity, quantities
+from mmt_drake.systems.flexible_box import SensorNoise
+from mmt_drake.systems.objects_on_table import ObjectsOnTable, OnTable
+from mmt_drake.systems.scene_tracker import SceneTracker
+
+if TYPE_CHECKING:
+    from mmt_drake.diagrams.stations.site import Site
+    from mmt_drake.hw.realsense.view import SolidsOnTable
+
+
+@dataclass(frozen=True)
+class PlacedObject:
+    """One of several objects. In a file its `object` may have `effects`, too.
+
+    Attributes:
+        at: x, y of the middle of its top at first [m].
+        size: its sides along x and y, and its height [m]; of a cylinder the first is the diameter.
+        round: it is a cylinder.
+        object: its structure and numbers.
+    """
+
+    at: tuple[float, float] = (0.0, 0.0)
+    size: tuple[float, float, float] = (0.08, 0.08, 0.05)
+    round: bool = False
+    object: FlexibleBoxModel = FlexibleBoxModel()
+
+    def __post_init__(self) -> None:
+        for value in self.size:
+            check_number("object", "size", value, least=0.0, open_interval=True)
+
+
+@dataclass(frozen=True)
+class SeveralObjects:
+    """Several objects that slide on a table and push each other; the tip touches the one whose top it comes down on.
+
+    Attributes:
+        things: they, by name.
+        noise: of the sensors.
+        cloud: how they are seen.
+        table: height of the table in the table frame [m].
+        tracking: how they are told apart.
+    """
+
+    things: dict[str, PlacedObject] = field(default_factory=lambda: {"box": PlacedObject()})
+    noise: SensorNoise = SensorNoise()
+    cloud: SurfaceCloud | SimulatedDepthCamera = SurfaceCloud()
+    table: Annotated[float, Quantity("m", -1.0, 1.0)] = -0.05
+    tracking: Tracking = field(default_factory=Tracking)
+
+    def __post_init__(self) -> None:
+        quantities(SeveralObjects)["table"].check("environment", "table", self.table)
+        if isinstance(self.cloud, SurfaceCloud) and self.cloud.file is not None:
+            expected = "null: the tops of the objects are what is seen"
+            raise BadInput("environment", at="cloud.file", found=self.cloud.file, expected=expected)
+
+    @property
+    def object(self) -> FlexibleBoxModel:
+        """The first of them, for who asks for one."""
+        return next(iter(self.things.values())).object
+
+    @property
+    def on_table(self) -> tuple[OnTable, ...]:
+        """All of them, in their order."""
+        return tuple(
+            OnTable(thing.object, thing.at, thing.size, thing.round, self.table + thing.size[2])
+            for thing in self.things.values()
+        )
+
+    def sensing(self) -> str | None:
+        """See `SensedObject.sensing`."""
+        return None if self.noise == SensorNoise() else "noise"
+
+    def solids(self) -> SolidsOnTable:
+        """What a camera looks at."""
+        from mmt_drake.hw.realsense.view import Solid, SolidsOnTable
+
+        return SolidsOnTable(
+            tuple(Solid(each.size, each.at, each.top, each.round) for each in self.on_table), self.table
+        )
+
+    def build(self, site: Site) -> System:
+        """The plant.
+
+        Raises:
+            BadInput: the object is to be a real one; or as `ObjectsOnTable`.
+        """
+        if site.devices.arm is not None:
+            raise BadInput(site.scenario.name, at="environment", found="!SeveralObjects", expected="one, under an arm")
+        ideal = self.cloud if isinstance(self.cloud, SurfaceCloud) else None
+        return ObjectsOnTable(
+            self.on_table,
+            period=site.step,
+            noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + NOISE_SEED),
+            spacing=0.0 if ideal is None else ideal.size / max(ideal.points, 1) ** 0.5,
+            cloud_period=1.0 / self.cloud.rate,
+            cloud_noise=0.0 if ideal is None else ideal.noise,
+        )
+
+    def tracker(self, site: Site) -> SceneTracker:
+        """What sees them."""
+        latency = 0.0 if isinstance(self.cloud, SurfaceCloud) else self.cloud.latency
+        offset = latency + 0.5 * site.step  # shortly after a cloud is there
+        return SceneTracker(self.table, self.tracking, period=1.0 / self.cloud.rate, offset=offset)

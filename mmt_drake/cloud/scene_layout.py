@@ -1,0 +1,58 @@
+"""A scene as a vector: what is seen of objects on a table, a row each, as it is recorded and crosses the network."""
+
+from enum import IntEnum
+
+import numpy as np
+from numba import njit
+
+from mmt_drake.numeric.arrays import Array
+
+ENTRY = ("thing", "state", "x", "y", "top", "height", "along", "across", "age")
+"""Of a row: identity, from 1 on, 0 where the row is empty; a `SeenState`; middle of the top and its height in the table
+frame [m]; its height above the table [m]; its extents along x and y [m]; since when it has been known [s]."""
+THING, STATE, X, Y, TOP, HEIGHT, ALONG, ACROSS, AGE = range(len(ENTRY))
+ROW = len(ENTRY)
+MOST = 6
+"""Objects that a scene holds."""
+SCENE_SIZE = MOST * ROW
+SCENE = tuple(f"{i + 1}_{name}" for i in range(MOST) for name in ENTRY)
+"""Names of the numbers."""
+PLACES = tuple(f"{i + 1}_{axis}" for i in range(MOST) for axis in "xy")
+"""Names of the numbers that tell where so many objects truly are."""
+SCENE_UNITS = ("", "", "m", "m", "m", "m", "m", "m", "s") * MOST
+"""Their units."""
+
+
+class SeenState(IntEnum):
+    """What is seen of an object. All but the first two are told for half a second at least."""
+
+    NONE = 0
+    SEEN = 1
+    OCCLUDED = 2  # the probe or what holds it may hide it: it is taken to be where it was
+    LOST = 3  # it should be seen and is not
+    FOUND = 4  # it was lost or taken away, and one just like it has appeared: taken to be the same
+    MERGED = 5  # it is one cluster with others: told apart by their outlines
+    SPLIT = 6  # it is several clusters; or it was taken for one with another, which has left it
+    TAKEN_AWAY = 7  # lost for a second: it is no longer there to be touched
+    NEW = 8  # it has not been seen before
+
+
+@njit(cache=True)
+def is_there(state: float) -> bool:
+    """Whether an object in this state may be touched."""
+    return state != SeenState.NONE.value and state != SeenState.TAKEN_AWAY.value
+
+
+@njit(cache=True)
+def row_of(scene: Array, thing: float) -> int:
+    """Where in a scene the row of an object begins; -1: it is not in it."""
+    for i in range(MOST):
+        if scene[i * ROW] == thing and thing > 0.0:
+            return i * ROW
+    return -1
+
+
+def rows(scene: Array) -> Array:
+    """(k, ROW) of the objects of a scene."""
+    table = np.asarray(scene).reshape(MOST, ROW)
+    return table[table[:, THING] > 0.0]

@@ -1,0 +1,336 @@
+"""Objects on a table by their tops, from one cloud to the next: who is who.
+
+A cloud is segmented (`mmt_drake.cloud.segment`). A cluster belongs to an object where it covers a quarter of that
+object's top, placed where it was last; so objects and clusters fall into groups. One object and one cluster: it is
+there. Several clusters, one object: it is split. Several objects, one cluster: they are merged, and registered by their
+outlines together. An object without a cluster is occluded, lost, and in the end taken away; a cluster without an object
+is the only one among the missing that is just like it, found, or else new. Nothing of this is silent: each is a state.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.scene_layout import MOST, ROW, SCENE_SIZE, SeenState
+from mmt_drake.cloud.segment import above_table, registered, spacing_of, tops
+from mmt_drake.cloud.tracking_options import Tracking
+from mmt_drake.numeric.arrays import Array
+
+_COVERED = 0.25  # share of a top that a cluster of it covers at least
+_SAME_TOP = 0.008  # [m]: tops of one height
+_ALIKE = 0.004  # [m], and two and a half spacings: extents of one object
+_WHOLE = 0.002  # [m], and a spacing: of the extents that may be missing where all of it is seen
+_ROOM = 0.02  # [m] more than its extents: two objects were taken for one
+_STILL = 0.0015  # [m]: noise of a place
+_CALM = 0.1  # weight of a new place of an object that stands still
+_HEIGHT = 0.02  # weight of a new height: it does not change
+_SHOWN_S, _FRAMES = 0.5, 3  # that something is told; that a change has to last
+
+
+@dataclass(frozen=True, eq=False)
+class SeenThing:
+    """An object as it is seen; never changed.
+
+    Attributes:
+        thing: its identity, from 1 on.
+        state: what is seen of it.
+        place: x, y of the middle of its top [m].
+        top: height of that in the table frame [m].
+        height: of it above the table [m].
+        outline: (n, 2) points of its top, from the middle [m].
+        cloud: (n, 3) its points of the latest frame in which it was seen [m].
+        known: when it was first seen [s].
+        since: when its state began [s].
+        seen: when it was seen last [s].
+        frames: for how many frames something has been odd.
+        looks: how often it was seen apart from others.
+    """
+
+    thing: int
+    state: SeenState
+    place: tuple[float, float]
+    top: float
+    height: float
+    outline: Array
+    cloud: Array
+    known: float
+    since: float
+    seen: float
+    frames: int = 0
+    looks: int = 1
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Extents of its top along x and y [m]."""
+        along, across = np.ptp(self.outline, axis=0).tolist()
+        return along, across
+
+    @property
+    def placed(self) -> Array:
+        """(n, 2) its outline where it was last [m]."""
+        return self.outline + self.place
+
+    def now(self, state: SeenState, t: float, **changes: Any) -> Self:
+        """It in a state; what is told is told for a while."""
+        if self.state >= SeenState.FOUND and state == SeenState.SEEN and t - self.since < _SHOWN_S:
+            state = self.state
+        return replace(self, state=state, since=self.since if state == self.state else t, **changes)
+
+    def row(self, t: float) -> tuple[float, ...]:
+        """As it stands in a scene."""
+        return (self.thing, self.state, *self.place, self.top, self.height, *self.size, t - self.known)
+
+
+@dataclass(frozen=True)
+class SeenScene:
+    """All that is seen, and who comes next; never changed.
+
+    Attributes:
+        things: all that are or were there, by identity.
+        newcomers: middles of clusters that belong to nobody, and for how many frames.
+        following: identity of the next new object.
+    """
+
+    things: tuple[SeenThing, ...] = ()
+    newcomers: tuple[tuple[float, float, int], ...] = ()
+    following: int = 1
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    def vector(self, t: float) -> Array:
+        """(SCENE_SIZE,) it at a time; of too many the latest that are there."""
+        here = sorted(self.things, key=lambda each: (each.state == SeenState.TAKEN_AWAY, -each.thing))[:MOST]
+        scene = np.zeros(SCENE_SIZE)
+        for i, thing in enumerate(sorted(here, key=lambda each: each.thing)):
+            scene[i * ROW : (i + 1) * ROW] = thing.row(t)
+        return scene
+
+
+@dataclass(frozen=True, eq=False)
+class _Cluster:
+    points: Array
+
+    @property
+    def across(self) -> Array:
+        return self.points[:, :2]
+
+    @property
+    def extents(self) -> Array:
+        return np.asarray(np.ptp(self.across, axis=0))
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        x, y = (0.5 * (self.across.min(axis=0) + self.across.max(axis=0))).tolist()
+        return x, y
+
+    @property
+    def top(self) -> float:
+        return float(self.points[:, 2].mean())
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    t: float
+    probe: Array
+    table: float
+    spacing: float
+    points: Array
+    options: Tracking
+    trees: dict[int, Any] = field(default_factory=dict)
+
+    def covered(self, thing: SeenThing, cluster: _Cluster) -> float:
+        """Share of a top that a cluster covers."""
+        if abs(cluster.top - thing.top) > _SAME_TOP:
+            return 0.0
+        if id(cluster) not in self.trees:
+            self.trees[id(cluster)] = cKDTree(cluster.across)
+        return float(np.mean(self.trees[id(cluster)].query(thing.placed)[0] < 2.0 * self.spacing))
+
+    def bare(self, thing: SeenThing) -> bool:
+        """Whether the table is seen where an object was."""
+        low = self.points[self.points[:, 2] < self.table + 0.5 * thing.height]
+        if len(low) < self.options.fewest:
+            return False
+        return float(np.mean(cKDTree(low[:, :2]).query(thing.placed)[0] < 3.0 * self.spacing)) > 0.5
+
+
+def tracked(before: SeenScene, cloud: Cloud, probe: Array, t: float, table: float, options: Tracking) -> SeenScene:
+    """The scene after another cloud.
+
+    Args:
+        before: the scene before.
+        cloud: what is seen now, table frame.
+        probe: (3,) where its tip is [m].
+        t: [s].
+        table: height of the table in the table frame, as it is known beforehand [m].
+        options: how objects are told apart.
+    """
+    points, spacing = cloud.points(), spacing_of(cloud)
+    of_probe = (np.hypot(*(points[:, :2] - probe[:2]).T) < options.probe) & (points[:, 2] > probe[2] + 1e-3)
+    points = points[~of_probe]
+    upper, table = above_table(points, table)
+    clusters = [_Cluster(each) for each in tops(upper, spacing, options.fewest)]
+    frame = _Frame(t, probe, table, spacing, points, options)
+    present = [thing for thing in before.things if thing.state != SeenState.TAKEN_AWAY]
+    missing = {thing.thing: thing for thing in before.things if thing.state == SeenState.TAKEN_AWAY}
+    found: dict[int, SeenThing] = {}
+    strangers: list[_Cluster] = []
+    for things, group in _groups(frame, present, clusters):
+        if not group:
+            missing[things[0].thing] = _unseen(frame, things[0])
+        elif not things:
+            strangers += group
+        elif len(things) == 1:
+            kept, left = _single(frame, things[0], group)
+            found[kept.thing] = kept
+            strangers += left
+        else:
+            found |= {thing.thing: thing for thing in _merged(frame, things, group)}
+    return _with_strangers(before, frame, found, missing, strangers)
+
+
+def _groups(
+    frame: _Frame, things: Sequence[SeenThing], clusters: Sequence[_Cluster]
+) -> list[tuple[list[SeenThing], list[_Cluster]]]:
+    """Objects and clusters that have to do with each other."""
+    groups: list[tuple[list[SeenThing], list[_Cluster]]] = [([], [cluster]) for cluster in clusters]
+    for thing in things:
+        mine = [g for g in groups if any(frame.covered(thing, cluster) > _COVERED for cluster in g[1])]
+        whole = [g for g in groups if g[1] and g not in mine and _lies_in(frame, thing, g[1])]
+        mine += whole
+        if not mine:
+            groups.append(([thing], []))
+            continue
+        first = mine[0]
+        for other in mine[1:]:
+            first[0].extend(other[0])
+            first[1].extend(other[1])
+            groups = [g for g in groups if g is not other]
+        first[0].append(thing)
+    return groups
+
+
+def _lies_in(frame: _Frame, thing: SeenThing, clusters: Sequence[_Cluster]) -> bool:
+    """Whether clusters are parts of an object's top, small as they may be."""
+    if any(abs(cluster.top - thing.top) > _SAME_TOP for cluster in clusters):
+        return False
+    low, high = thing.placed.min(axis=0) - 2.0 * frame.spacing, thing.placed.max(axis=0) + 2.0 * frame.spacing
+    return all(bool(((c.across > low) & (c.across < high)).all()) for c in clusters)
+
+
+def _single(frame: _Frame, thing: SeenThing, group: list[_Cluster]) -> tuple[SeenThing, list[_Cluster]]:
+    """An object that is told from others, and clusters that are none of it."""
+    whole = _Cluster(np.concatenate([cluster.points for cluster in group]))
+    beyond, state = whole.extents - thing.size, SeenState.SEEN if len(group) == 1 else SeenState.SPLIT
+    if beyond.max() > _ROOM:
+        if thing.frames < _FRAMES:
+            return _at(frame, thing, whole, state, frames=thing.frames + 1), []
+        largest = max(group, key=lambda cluster: len(cluster.points))
+        if len(group) > 1:  # it was two
+            anew = replace(thing, outline=largest.across - largest.middle, frames=0)
+            return _at(frame, anew, largest, SeenState.SPLIT), [c for c in group if c is not largest]
+        kept = _at(frame, thing, whole, SeenState.MERGED)
+        away = cKDTree(kept.placed).query(whole.across)[0] > 2.0 * frame.spacing
+        rest = _Cluster(whole.points[away])
+        return kept, [rest] if len(rest.points) >= frame.options.fewest else []
+    return _at(frame, thing, whole, state, frames=0), []
+
+
+def _at(frame: _Frame, thing: SeenThing, cluster: _Cluster, state: SeenState, **changes: Any) -> SeenThing:
+    """An object where a cluster is."""
+    if np.abs(cluster.extents - thing.size).max() < _WHOLE + frame.spacing:
+        place = cluster.middle
+    else:  # a part of it, or more than it
+        (by,) = registered([thing.placed], cluster.across, 1.5 * frame.spacing)
+        place = thing.place[0] + by[0], thing.place[1] + by[1]
+    if math.dist(place, thing.place) < _STILL:
+        place = tuple(b + _CALM * (a - b) for a, b in zip(place, thing.place, strict=True))  # type: ignore[assignment]
+    top, height = thing.top, thing.height
+    if state == SeenState.SEEN:
+        weight = max(_HEIGHT, 1.0 / (thing.looks + 1.0))
+        top += weight * (cluster.top - top)
+        height += weight * (cluster.top - frame.table - height)
+    changes = {"frames": thing.frames} | changes
+    told = thing.now(
+        state, frame.t, place=place, top=top, height=height, seen=frame.t, looks=thing.looks + 1, **changes
+    )
+    return replace(told, cloud=cluster.points)
+
+
+def _merged(frame: _Frame, things: Sequence[SeenThing], group: Sequence[_Cluster]) -> list[SeenThing]:
+    """Objects that are one cluster."""
+    points = np.concatenate([cluster.points for cluster in group])
+    apart = registered([thing.placed for thing in things], points[:, :2], 1.5 * frame.spacing)
+    made = []
+    for thing, by in zip(things, apart, strict=True):
+        place = thing.place[0] + float(by[0]), thing.place[1] + float(by[1])
+        made.append(thing.now(SeenState.MERGED, frame.t, place=place, seen=frame.t, frames=0))
+    owner = cKDTree(np.concatenate([each.placed for each in made])).query(points[:, :2])[1]
+    ends = np.cumsum([len(each.outline) for each in made])
+    which = np.searchsorted(ends, owner, side="right")
+    return [replace(each, cloud=points[which == i]) for i, each in enumerate(made)]
+
+
+def _unseen(frame: _Frame, thing: SeenThing) -> SeenThing:
+    """An object without a cluster."""
+    missed, options = frame.t - thing.seen, frame.options
+    near = math.dist(thing.place, frame.probe[:2]) < options.hides + 0.5 * max(thing.size)
+    hidden = near and not frame.bare(thing)
+    patience = (3.0 if hidden else 1.0) * options.taken_after
+    if missed > options.lost_after + patience:
+        return thing.now(SeenState.TAKEN_AWAY, frame.t)
+    if hidden:
+        return thing.now(SeenState.OCCLUDED, frame.t)
+    return thing.now(SeenState.LOST, frame.t) if missed > options.lost_after else thing
+
+
+def _with_strangers(
+    before: SeenScene,
+    frame: _Frame,
+    found: dict[int, SeenThing],
+    missing: dict[int, SeenThing],
+    strangers: Sequence[_Cluster],
+) -> SeenScene:
+    """The scene with clusters that belong to nobody: the same as one that is missing, or new."""
+    newcomers, following = [], before.following
+    for cluster in sorted(strangers, key=lambda each: each.middle):
+        close = [n for x, y, n in before.newcomers if math.dist((x, y), cluster.middle) < 0.03]
+        count = max(close, default=0) + 1
+        if count < _FRAMES and before.things:
+            newcomers.append((*cluster.middle, count))
+            continue
+        like = [thing for thing in missing.values() if _is_like(frame, thing, cluster)]
+        if len(like) == 1 and sum(_is_like(frame, like[0], other) for other in strangers) == 1:
+            back = replace(like[0], place=cluster.middle, top=cluster.top, cloud=cluster.points, seen=frame.t, frames=0)
+            found[back.thing] = back.now(SeenState.FOUND, frame.t)
+            del missing[back.thing]
+            continue
+        found[following] = SeenThing(
+            following,
+            SeenState.NEW,
+            place=cluster.middle,
+            top=cluster.top,
+            height=cluster.top - frame.table,
+            outline=cluster.across - cluster.middle,
+            cloud=cluster.points,
+            known=frame.t,
+            since=frame.t,
+            seen=frame.t,
+        )
+        following += 1
+    everything = found | missing
+    return SeenScene(tuple(everything[thing] for thing in sorted(everything)), tuple(newcomers), following)
+
+
+def _is_like(frame: _Frame, thing: SeenThing, cluster: _Cluster) -> bool:
+    """Whether a cluster could be an object that is not seen elsewhere."""
+    same = np.abs(cluster.extents - thing.size).max() < _ALIKE + 2.5 * frame.spacing
+    return bool(same and abs(cluster.top - thing.top) < _SAME_TOP)

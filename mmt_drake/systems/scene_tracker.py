@@ -1,0 +1,75 @@
+"""Who is who on the table, from one cloud to the next, as a system on the slow path."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, State
+
+from mmt_drake.cloud.scene_layout import SCENE_SIZE
+from mmt_drake.cloud.tracking import SeenScene, tracked
+from mmt_drake.cloud.tracking_options import Tracking
+from mmt_drake.errors import check_number
+from mmt_drake.systems.leaf import LeafSystem
+
+
+class SceneTracker(LeafSystem):
+    """Segments each cloud of a table and says which object is which, where it is and what is seen of it.
+
+    See `mmt_drake.cloud.tracking`.
+
+    .. pydrake_system::
+
+        name: SceneTracker
+        input_ports:
+        - position
+        - point_cloud
+        output_ports:
+        - scene
+        - objects
+
+    Ports (table frame):
+
+    - `position` (3): of the probe's tip [m], to tell it from an object and to know what it hides.
+    - `point_cloud` (abstract, `Cloud`): the table and what stands on it; or the tops alone.
+    - `scene` (54): a row for each object that is or was there, as `mmt_drake.cloud.scene_layout.ENTRY` [SI]; zeros: no
+      more.
+    - `objects` (abstract, `mmt_drake.cloud.tracking.SeenScene`): the same, with the points of each.
+
+    Both outputs are states. A cloud that has been seen already is not seen again.
+
+    Args:
+        table: height of the table's top in the table frame [m].
+        options: how objects are told apart.
+        period: between clouds [s].
+        offset: of the first look [s], after a cloud is there.
+
+    Raises:
+        BadInput: a period that is not positive.
+    """
+
+    def __init__(
+        self, table: float, options: Tracking | None = None, *, period: float = 1.0 / 30.0, offset: float = 0.0
+    ) -> None:
+        super().__init__()
+        check_number("tracking", "period", period, least=0.0, open_interval=True)
+        self._table, self._options = table, options or Tracking()
+        self.declare_inputs("position", "point_cloud")
+        self._scene = self.DeclareDiscreteState(SCENE_SIZE)
+        self._last = self.DeclareDiscreteState(np.array([-np.inf]))
+        self._objects = self.DeclareAbstractState(AbstractValue.Make(SeenScene()))
+        self.DeclareStateOutputPort("scene", self._scene)
+        self.DeclareStateOutputPort("objects", self._objects)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._look)
+
+    def _look(self, context: Context, state: State) -> None:
+        position, cloud = self.inputs_at(context)
+        discrete, t = state.get_mutable_discrete_state(), context.get_time()
+        last = discrete.get_mutable_value(self._last)
+        if cloud is None or not np.isfinite(position).all() or cloud.stamp <= last[0]:
+            return
+        last[0] = cloud.stamp
+        seen: SeenScene = context.get_abstract_state(self._objects).get_value()
+        if len(cloud) == 0 and not seen.things:
+            return
+        seen = tracked(seen, cloud, np.asarray(position), t, self._table, self._options)
+        state.get_mutable_abstract_state(int(self._objects)).set_value(seen)
+        discrete.get_mutable_value(self._scene)[:] = seen.vector(t)

@@ -1,0 +1,102 @@
+"""Which object a tip touches, by what is known of all of them."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from mmt_drake.cloud import scene_layout as at
+from mmt_drake.cloud.facet import FACET_SIZE
+from mmt_drake.numeric.arrays import Array, assign
+from mmt_drake.numeric.layout import Layout
+from mmt_drake.systems.kernel_system import KernelSystem
+
+PORT_SIZES = {"in_contact": 1, "thing": 1, "clearance": 1, "facet": FACET_SIZE}
+_CONTACT, _THING, _CLEARANCE, _FACET, _MEMORY = map(Layout(), (*PORT_SIZES.values(), 0))
+# The memory: which is held, height of its top, the tip's height at the last tick, whether it has begun, the last facet.
+_HELD, _TOP, _LAST, _BEGUN, _PLANE, _SIZE = map(Layout(), (1, 1, 1, 1, FACET_SIZE, 0))
+
+
+@njit(cache=True)
+def below_tip(scene: Array, x: float, y: float, margin: float) -> int:
+    """Where in a scene the row begins of the object that is under x, y [m], its middle the nearest; -1: none is."""
+    best, nearest = -1, math.inf
+    for i in range(at.MOST):
+        row = i * at.ROW
+        if scene[row] > 0.0 and at.is_there(scene[row + at.STATE]):
+            dx, dy = abs(x - scene[row + at.X]), abs(y - scene[row + at.Y])
+            inside = dx <= 0.5 * scene[row + at.ALONG] + margin and dy <= 0.5 * scene[row + at.ACROSS] + margin
+            if inside and math.hypot(dx, dy) < nearest:
+                best, nearest = row, math.hypot(dx, dy)
+    return best
+
+
+@njit(cache=True)
+def _read(memory: Array, position: Array, scene: Array, margin: float, out: Array) -> None:
+    now, z = out[_MEMORY:], position[2]
+    assign(now, memory)
+    out[_CLEARANCE] = -math.inf
+    held = at.row_of(scene, now[_HELD])
+    if now[_HELD] != 0.0 and (held < 0 or not at.is_there(scene[held + at.STATE]) or z >= now[_TOP]):
+        now[_HELD] = 0.0
+    row = at.row_of(scene, now[_HELD]) if now[_HELD] != 0.0 else below_tip(scene, position[0], position[1], margin)
+    out[_THING] = scene[row] if row >= 0 else 0.0
+    if row >= 0 and now[_HELD] == 0.0:
+        now[_TOP] = scene[row + at.TOP]  # as long as it is held the plane stays
+        now[_PLANE], now[_PLANE + 1], now[_PLANE + 2], now[_PLANE + 3] = 0.0, 0.0, 1.0, now[_TOP]
+        if now[_BEGUN] != 0.0 and now[_LAST] >= now[_TOP] and z < now[_TOP]:
+            now[_HELD] = scene[row]
+    if row >= 0:
+        out[_CLEARANCE] = z - now[_TOP]
+    out[_CONTACT] = 1.0 if now[_HELD] != 0.0 else 0.0
+    now[_LAST], now[_BEGUN] = z, 1.0
+    assign(out[_FACET:_MEMORY], now[_PLANE:])
+
+
+class TouchedObject(KernelSystem):
+    """Says which of the objects of a scene the tip is over, and whether it holds it; no point of a cloud is asked.
+
+    It touches the object through whose top it comes down, and holds that until it is above its top again, or until the
+    object is taken away or no longer in the scene: then nothing is felt of it. A tip that is below a top already, when
+    the object appears or from beside, does not touch it. While it is held the height of its top stays what it was.
+
+    .. pydrake_system::
+
+        name: TouchedObject
+        input_ports:
+        - position
+        - scene
+        output_ports:
+        - in_contact
+        - thing
+        - clearance
+        - facet
+        - readout
+
+    Ports (table frame):
+
+    - `position` (3): of the tip [m].
+    - `scene` (54): what is seen of the objects (`mmt_drake.cloud.scene_layout`) [SI].
+    - `in_contact` (1): 1 where the tip holds an object.
+    - `thing` (1): identity of the one that it holds, else of the one under it [1]; 0: none.
+    - `clearance` (1): height of the tip above the top of that [m]; -inf: there is none.
+    - `facet` (4): the plane of its top: outward unit normal n, and n · x of its points x [m]; the last one where there
+      is none; zeros before the first.
+    - `readout` (15): the four above in that order, then the memory.
+
+    All outputs belong to the inputs at the same instant (direct feedthrough).
+
+    Args:
+        period: of the ticks [s].
+        margin: by which a top may reach beyond what is seen of it [m].
+    """
+
+    def __init__(self, *, period: float = 1e-3, margin: float = 0.008) -> None:
+        super().__init__()
+        self._margin = margin
+        self.declare_inputs("position", "scene")
+        self.declare_readout(PORT_SIZES, np.zeros(_SIZE), period)
+        self.compile_kernels()
+
+    def _compute(self, t: float, memory: Array, out: Array, position: Array, scene: Array) -> None:
+        _read(memory, position, scene, self._margin, out)

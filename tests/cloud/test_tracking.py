@@ -1,0 +1,181 @@
+"""Objects on a table keep their identity from cloud to cloud, or lose it visibly."""
+
+import numpy as np
+import pytest
+
+from mmt_drake.cloud import scene_layout as at
+from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.scene_layout import SeenState
+from mmt_drake.cloud.segment import registered
+from mmt_drake.cloud.tracking import SeenScene, SeenThing, tracked
+from mmt_drake.cloud.tracking_options import Tracking
+from mmt_drake.numeric.arrays import Array
+
+TABLE, STEP, SPACING = -0.06, 1.0 / 15.0, 0.004
+FAR = np.array([0.0, 0.4, 0.2])
+SIZES = {"sponge": (0.08, 0.08, 0.04), "brick": (0.09, 0.07, 0.06), "roll": (0.06, 0.06, 0.05)}
+
+
+def cloud_of(
+    places: dict[str, tuple[float, float]], t: float, random: np.random.Generator, *, table: bool = True
+) -> Cloud:
+    """Tops and the table beside them as a camera right above samples them, 0.5 mm of noise."""
+    side = np.arange(-0.25, 0.25, SPACING)
+    grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2) + random.uniform(0.0, SPACING, 2)
+    z = np.full(len(grid), TABLE)
+    for name, place in places.items():
+        wide, deep, high = SIZES[name]
+        inside = (np.abs(grid - place) <= [0.5 * wide, 0.5 * deep]).all(axis=1)
+        z[inside] = TABLE + high
+    points = np.column_stack([grid, z]) + random.normal(0.0, 5e-4, (len(grid), 3))
+    return Cloud(points if table else points[z > TABLE], stamp=t)
+
+
+class Film:
+    """Frames one after the other."""
+
+    def __init__(self, seed: int = 0) -> None:
+        self.random, self.t = np.random.default_rng(seed), 0.0
+        self.scene = SeenScene()
+        self.states: dict[int, set[SeenState]] = {}
+
+    def show(
+        self,
+        places: dict[str, tuple[float, float]],
+        frames: int = 1,
+        probe: Array = FAR,
+        hole: float = 0.0,
+        table: bool = True,
+    ) -> None:
+        for _ in range(frames):
+            self.t += STEP
+            cloud = cloud_of(places, self.t, self.random, table=table)
+            if hole > 0.0:
+                points = cloud.points()
+                cloud = Cloud(points[np.hypot(*(points[:, :2] - probe[:2]).T) > hole], stamp=self.t)
+            self.scene = tracked(self.scene, cloud, probe, self.t, TABLE, Tracking())
+            for thing in self.scene.things:
+                self.states.setdefault(thing.thing, set()).add(thing.state)
+
+    def at(self, place: tuple[float, float]) -> SeenThing:
+        there = [thing for thing in self.scene.things if thing.state != SeenState.TAKEN_AWAY]
+        return min(there, key=lambda thing: float(np.hypot(*np.subtract(thing.place, place))))
+
+
+THREE = {"sponge": (-0.13, 0.0), "brick": (0.0, 0.0), "roll": (0.13, 0.0)}
+
+
+def test_each_object_has_a_row_with_place_size_and_height() -> None:
+    film = Film()
+    film.show(THREE, 3)
+    scene = at.rows(film.scene.vector(film.t))
+    assert scene[:, at.THING].tolist() == [1.0, 2.0, 3.0]
+    for row, (name, place) in zip(scene, THREE.items(), strict=True):
+        assert row[[at.X, at.Y]] == pytest.approx(place, abs=2e-3)
+        assert row[[at.ALONG, at.ACROSS]] == pytest.approx(SIZES[name][:2], abs=8e-3)
+        assert row[at.HEIGHT] == pytest.approx(SIZES[name][2], abs=1e-3)
+        assert row[at.TOP] == pytest.approx(TABLE + SIZES[name][2], abs=1e-3)
+
+
+def test_an_empty_table_and_no_cloud_at_all_are_no_objects() -> None:
+    film = Film()
+    film.show({}, 3)
+    assert film.scene.things == () and not film.scene.vector(1.0).any()
+    assert tracked(film.scene, Cloud.empty(1.0), FAR, 1.0, TABLE, Tracking()).things == ()
+
+
+@pytest.mark.parametrize("table", [True, False])
+def test_an_object_that_is_pushed_keeps_its_identity(table: bool) -> None:
+    film = Film()
+    for k in range(60):
+        film.show({**THREE, "sponge": (-0.13 + 0.02 * np.sin(0.2 * k), 0.002 * k)}, table=table)
+    assert film.at((-0.13, 0.118)).thing == 1
+    assert {thing.thing for thing in film.scene.things} == {1, 2, 3}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_of_one_height_that_are_one_cluster_are_told_apart_and_nobody_is_swapped(seed: int) -> None:
+    SIZES["second"] = SIZES["sponge"]
+    film = Film(seed)
+    for k in range(90):  # the first comes up to the second, pushes it along, and goes back
+        x = -0.13 + 0.002 * min(k, 90 - k)
+        second = -0.13 + 0.1 + max(0.0, 0.002 * min(k, 45) - 0.02)
+        film.show({"sponge": (x, 0.0), "second": (second, 0.01)})
+        if k == 45:
+            told = {thing.thing: thing for thing in film.scene.things}
+            assert {thing.state for thing in told.values()} == {SeenState.MERGED}
+            assert told[1].place == pytest.approx((x, 0.0), abs=8e-3)
+            assert told[2].place == pytest.approx((second, 0.01), abs=8e-3)
+    del SIZES["second"]
+    assert film.at((x, 0.0)).thing == 1 and film.at((second, 0.01)).thing == 2
+    assert len(film.scene.things) == 2
+
+
+def test_one_that_falls_into_two_clusters_is_split_and_still_one() -> None:
+    film = Film()
+    film.show(THREE, 5)
+    cut = cloud_of(THREE, film.t + STEP, film.random)
+    points = cut.points()
+    cut = Cloud(points[np.abs(points[:, 0] + 0.13) > 0.012], stamp=film.t + STEP)
+    scene = tracked(film.scene, cut, FAR, film.t + STEP, TABLE, Tracking())
+    assert [thing.thing for thing in scene.things] == [1, 2, 3]
+    assert scene.things[0].state == SeenState.SPLIT
+    assert scene.things[0].place == pytest.approx((-0.13, 0.0), abs=3e-3)
+
+
+def test_two_that_were_taken_for_one_are_told_to_be_split_when_they_part() -> None:
+    SIZES["second"] = SIZES["sponge"]
+    film = Film()
+    film.show({"sponge": (-0.04, 0.0), "second": (0.041, 0.0)}, 5)
+    assert len(film.scene.things) == 1
+    film.show({"sponge": (-0.06, 0.0), "second": (0.06, 0.0)}, 10)
+    del SIZES["second"]
+    assert len(film.scene.things) == 2 and SeenState.SPLIT in film.states[1] and SeenState.NEW in film.states[2]
+
+
+def test_an_object_that_the_probe_hides_is_occluded_and_comes_back_as_itself() -> None:
+    film = Film()
+    film.show(THREE, 5)
+    probe = np.array([0.13, 0.0, -0.01])
+    film.show(THREE, 8, probe=probe, hole=0.06)
+    assert film.at((0.13, 0.0)).state == SeenState.OCCLUDED
+    film.show(THREE, 3, probe=FAR)
+    assert film.at((0.13, 0.0)).thing == 3 and film.at((0.13, 0.0)).state == SeenState.SEEN
+
+
+def test_one_that_is_taken_away_under_the_probe_is_lost_then_told_to_be_away() -> None:
+    film = Film()
+    film.show(THREE, 5)
+    probe = np.array([-0.13, 0.0, -0.024])
+    film.show({"brick": (0.0, 0.0), "roll": (0.13, 0.0)}, 4, probe=probe)
+    assert film.scene.things[0].state == SeenState.LOST
+    film.show({"brick": (0.0, 0.0), "roll": (0.13, 0.0)}, 15, probe=probe)
+    assert film.scene.things[0].state == SeenState.TAKEN_AWAY
+    film.show({**THREE, "sponge": (-0.1, 0.1)}, 4)
+    back = film.at((-0.1, 0.1))
+    assert back.thing == 1 and back.state == SeenState.FOUND
+
+
+def test_one_that_comes_in_is_new_and_never_takes_another_s_identity() -> None:
+    film = Film()
+    film.show({name: THREE[name] for name in ("sponge", "brick")}, 5)
+    film.show(THREE, 5)
+    assert film.at((0.13, 0.0)).thing == 3 and film.at((0.13, 0.0)).state == SeenState.NEW
+
+
+def test_of_two_alike_that_are_lost_neither_is_found_by_guess() -> None:
+    SIZES["second"] = SIZES["sponge"]
+    film = Film()
+    film.show({"sponge": (-0.13, 0.0), "second": (0.13, 0.0)}, 5)
+    film.show({}, 30)
+    film.show({"sponge": (0.0, 0.05)}, 5)
+    del SIZES["second"]
+    assert film.at((0.0, 0.05)).thing == 3 and SeenState.FOUND not in set().union(*film.states.values())
+
+
+def test_outlines_together_are_registered_to_the_spacing_of_points() -> None:
+    side = np.arange(-0.04, 0.0401, 0.002)
+    square = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    points = np.concatenate([square + np.array([0.006, -0.004]), square + np.array([0.086, 0.01])])
+    apart = registered([square, square + np.array([0.08, 0.0])], points, 0.003)
+    assert np.abs(np.array(apart) - [[0.006, -0.004], [0.006, 0.01]]).max() < 2.5e-3

@@ -1,0 +1,51 @@
+"""A station with several objects."""
+
+import numpy as np
+import pytest
+
+from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.errors import BadInput
+from mmt_drake.recording import Recording, load
+
+IDEAL = ["environment.cloud={points: 6000, rate: 15}", "environment.cloud.!=SurfaceCloud"]
+NOT_LATE = [f"{way}={{}}" for way in ("to_telerobot", "to_operator")]
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """The first two visits of set-up 4 without delay, tops as they are."""
+    file = tmp_path_factory.mktemp("several") / "run.mcap"
+    build_station(load_scenario("setup4", IDEAL + NOT_LATE), record=file).simulate(14.0)
+    return load(file)
+
+
+def test_the_object_below_the_hand_is_touched_and_both_sides_tell_it_in_time(recording: Recording) -> None:
+    touched = recording["touched"]
+    assert set(np.unique(touched)) == {0.0, 1.0, 2.0}
+    np.testing.assert_array_equal(touched > 0.0, recording["in_contact"] > 0.0)
+    for column in ("detected_contact", "operator_contact"):
+        assert np.count_nonzero((recording[column] > 0.5) != (touched > 0.0)) <= 12  # ms, of four changes
+
+
+def test_what_is_seen_is_where_it_is(recording: Recording) -> None:
+    for k in (2000, 6500, 13999):
+        for i in range(3):
+            row = [recording[f"scene_{i + 1}_{name}"][k] for name in ("thing", "x", "y")]
+            true = [recording[f"places_{i + 1}_{axis}"][k] for axis in "xy"]
+            assert row[0] == i + 1
+            assert np.hypot(*np.subtract(row[1:], true)) < 0.012  # 67 ms old and faster than 0.1 m/s
+
+
+def test_the_pushed_object_moves_and_the_others_stay(recording: Recording) -> None:
+    assert np.ptp(recording["places_1_x"][:7500]) > 0.02
+    assert np.ptp(recording["places_3_x"]) == 0.0
+
+
+def test_what_a_scenario_says_of_several_objects_is_checked() -> None:
+    with pytest.raises(BadInput, match=r"things\.sponge\.object"):
+        load_scenario("setup4", ["environment.things.sponge.object.effects=[{name: none_such}]"])
+    with pytest.raises(BadInput, match="in one place"):
+        build_station(load_scenario("setup4", [*IDEAL, "environment.things.sponge.at=[0.0, 0.01]"]))
+    with pytest.raises(BadInput, match="one object"):
+        _ = load_scenario("setup4").single

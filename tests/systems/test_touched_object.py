@@ -1,0 +1,93 @@
+"""Which object is touched, by what is seen of all of them."""
+
+import math
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from mmt_drake.cloud.scene_layout import MOST, ROW, SCENE_SIZE, STATE, TOP, SeenState
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.systems.touched_object import TouchedObject
+
+
+def scene(*places: tuple[float, float, float]) -> Array:
+    """Squares of 8 cm with their tops at these places."""
+    rows = np.zeros((MOST, ROW))
+    for i, (x, y, top) in enumerate(places):
+        rows[i] = i + 1, SeenState.SEEN, x, y, top, 0.05, 0.08, 0.08, 1.0
+    return rows.ravel()
+
+
+class Finger:
+    """A tip that is put from place to place."""
+
+    def __init__(self, seen: Array) -> None:
+        self.system, self.scene, self.t = TouchedObject(), seen, 0.0
+        self.simulator = Simulator(self.system)
+        self.put(0.0, 0.4, 0.2)
+
+    def put(self, x: float, y: float, z: float) -> tuple[float, float]:
+        """Whether it touches, and what."""
+        context = self.simulator.get_mutable_context()
+        self.system.GetInputPort("position").FixValue(context, [x, y, z])
+        self.system.GetInputPort("scene").FixValue(context, self.scene)
+        told = tuple(self.system.GetOutputPort(name).Eval(context)[0] for name in ("in_contact", "thing"))
+        self.t += 1e-3
+        self.simulator.AdvanceTo(self.t)
+        return told
+
+    def out(self, name: str) -> Array:
+        return self.system.GetOutputPort(name).Eval(self.simulator.get_context())
+
+
+TWO = scene((0.0, 0.0, -0.02), (0.13, 0.0, 0.0))
+
+
+def test_it_touches_in_the_tick_in_which_the_tip_gets_below_a_top_and_lets_go_in_that_in_which_it_is_above() -> None:
+    finger = Finger(TWO)
+    assert finger.put(0.0, 0.0, -0.019) == (0.0, 1.0)
+    assert finger.put(0.0, 0.0, -0.0201) == (1.0, 1.0)
+    assert finger.put(0.3, 0.0, -0.025) == (1.0, 1.0)  # it goes along, and the camera is late
+    np.testing.assert_array_equal(finger.out("facet"), [0.0, 0.0, 1.0, -0.02])
+    assert finger.put(0.0, 0.0, -0.0199) == (0.0, 1.0)
+
+
+def test_each_object_has_its_own_height() -> None:
+    finger = Finger(TWO)
+    finger.put(0.13, 0.0, 0.01)
+    assert finger.put(0.13, 0.0, -0.001) == (1.0, 2.0)
+    assert finger.out("clearance")[0] == -0.001
+
+
+def test_a_tip_that_is_below_a_top_before_it_is_over_it_touches_nothing() -> None:
+    finger = Finger(TWO)
+    finger.put(0.2, 0.0, -0.01)
+    assert finger.put(0.13, 0.0, -0.01) == (0.0, 2.0)
+
+
+def test_an_object_that_appears_under_a_tip_below_its_top_is_not_touched() -> None:
+    finger = Finger(np.zeros(SCENE_SIZE))
+    assert finger.put(0.0, 0.0, -0.03) == (0.0, 0.0)
+    assert finger.out("clearance")[0] == -math.inf
+    finger.scene = TWO
+    assert finger.put(0.0, 0.0, -0.03) == (0.0, 1.0)
+
+
+def test_one_that_is_taken_away_is_let_go_and_one_that_is_lost_is_still_held() -> None:
+    for state, held in ((SeenState.LOST, 1.0), (SeenState.OCCLUDED, 1.0), (SeenState.TAKEN_AWAY, 0.0)):
+        finger = Finger(TWO.copy())
+        finger.put(0.0, 0.0, 0.0)
+        assert finger.put(0.0, 0.0, -0.03)[0] == 1.0
+        finger.scene[STATE] = state
+        assert finger.put(0.0, 0.0, -0.03)[0] == held
+    finger.scene = np.zeros(SCENE_SIZE)
+    assert finger.put(0.0, 0.0, -0.03) == (0.0, 0.0)
+
+
+def test_the_plane_stays_as_long_as_it_is_held() -> None:
+    finger = Finger(TWO.copy())
+    finger.put(0.0, 0.0, 0.0)
+    finger.put(0.0, 0.0, -0.03)
+    finger.scene[TOP] = -0.021
+    finger.put(0.0, 0.0, -0.03)
+    assert finger.out("facet")[3] == -0.02
