@@ -29,7 +29,7 @@ class LawLearner(KernelSystem, Closing):
 
     Where the estimator leaves more of a window of contact than its noise explains, the diagnosis holds that window
     against the library of effects, in a process of its own. Laws that it names and that may be felt are told on
-    `model`, with the numbers beside them. They leave again when they do not earn their place: when a window of contact
+    `model`, with the numbers beside them, and what of the force is the sensor's. They leave again when they do not earn their place: when a window of contact
     with them leaves half of what it did without or more, or when a later look finds another answer.
 
     .. pydrake_system::
@@ -56,11 +56,11 @@ class LawLearner(KernelSystem, Closing):
 
     Outputs, states, hence younger than the inputs:
 
-    - `model` (28): the message that is told (`mmt_drake.model_message`) [SI]; zeros as long as there is none.
+    - `model` (44): the message that is told (`mmt_drake.model_message`) [SI]; zeros as long as there is none.
     - `status` (1): counts of `mmt_drake.learning.answer.LearnerStatus`: 0 the numbers explain the contact, 1 a
-      diagnosis is under way, 2 laws are told, 3 what was found last is not to be felt, 4 what is left has no name so
+      diagnosis is under way, 2 laws, or what the force sensor adds, are told, 3 what was found last is not to be felt, 4 what is left has no name so
       far, 5 the diagnosis failed.
-    - `readout` (29 and the memory): both, then the memory.
+    - `readout` (45 and the memory): both, then the memory.
 
     Args:
         options: how it goes about it.
@@ -115,7 +115,8 @@ class LawLearner(KernelSystem, Closing):
         _, _, theta, model_status, left = self.inputs_at(context)
         memory = state.get_mutable_discrete_state().get_mutable_value()
         seen: Watched = context.get_abstract_state(self._watched).get_value()
-        if memory[_BROKEN] != 0.0 or model_status[0] == ModelStatus.CHANGED:
+        seen = seen.touching(model_status[0] == ModelStatus.CHANGED)
+        if memory[_BROKEN] != 0.0 or seen.changed:
             seen = seen.anew()
         rows = memory[_ROWS : _ROWS + int(memory[_COUNT]) * ROW].reshape(-1, ROW).copy()
         memory[_BROKEN] = memory[_COUNT] = 0.0

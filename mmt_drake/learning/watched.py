@@ -10,7 +10,7 @@ import numpy as np
 from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
-from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array
 
 _MOST: Final = 3
@@ -53,6 +53,8 @@ class Watched:
         message: that was told last; None: none was.
         status: what the learner is about.
         before: what was left when the laws that are told were asked for; NaN: that has been looked into.
+        thing: the object that is touched; a later one has a greater number.
+        changed: whether the estimator says that it is another one.
     """
 
     pieces: tuple[Piece, ...] = ()
@@ -61,6 +63,8 @@ class Watched:
     message: ModelMessage | None = None
     status: LearnerStatus = LearnerStatus.WATCHING
     before: float = math.nan
+    thing: int = 0
+    changed: bool = False
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
@@ -75,6 +79,16 @@ class Watched:
     def anew(self) -> Self:
         """Without what was seen: it was of another object, or time broke off."""
         return replace(self, pieces=())
+
+    def touching(self, changed: bool) -> Self:
+        """Where the estimator says that the object is another one, or does not (any more).
+
+        What was asked of the one before is not of this one. Laws stay, with which the estimator knows it again.
+        """
+        if not changed or self.changed:
+            return replace(self, changed=changed)
+        other = replace(self, thing=self.thing + 1, changed=True, question=None, status=self.standing).anew()
+        return other if self.message is None else other._telling(UNKNOWN_THETA, self.laws, self.message.sensor)
 
     def window(self, sample: float, options: Learning) -> tuple[Piece, ...]:
         """The latest pieces that hold as much contact as is to be looked at; none: there is not so much."""
@@ -102,19 +116,18 @@ class Watched:
             return replace(more, status=LearnerStatus.FAILED).anew()
         if not answer.settled:  # what was seen meanwhile counts the next time
             return replace(more, status=answer.status)
-        if not (answer.laws or self.laws) or (answer.laws and not doubtful):
+        if not (answer.tells or self.tells) or (answer.tells and not doubtful):
             return replace(more, status=self.standing).anew()
-        message = ModelMessage(answer.theta, answer.laws, number=self._number)
-        before = question.left if answer.laws else math.nan
-        return replace(more, windows=1, before=before, message=message, status=answer.status).anew()
+        told = more._telling(answer.theta, answer.laws, answer.sensor)
+        before = question.left if answer.tells else math.nan
+        return replace(told, windows=1, before=before, status=answer.status).anew()
 
     def judged(self, left: float, options: Learning) -> Self:
         """After a window of contact with the laws that are told: they leave again if they do not earn their place."""
-        if math.isnan(self.before) or not self.laws:
+        if math.isnan(self.before) or not self.tells:
             return self
         if left > options.doubt and left > _EARNS * self.before:
-            message = ModelMessage(UNKNOWN_THETA, number=self._number)
-            gone = replace(self, message=message, windows=min(self.windows + 1, _MOST))
+            gone = replace(self._telling(UNKNOWN_THETA), windows=min(self.windows + 1, _MOST))
             return replace(gone, before=math.nan, status=LearnerStatus.CANNOT_TELL).anew()
         return replace(self, before=math.nan)
 
@@ -124,13 +137,21 @@ class Watched:
         return () if self.message is None else self.message.effects
 
     @property
-    def standing(self) -> LearnerStatus:
-        """What it is about where nothing is new."""
-        return LearnerStatus.TOLD if self.laws else LearnerStatus.WATCHING
+    def tells(self) -> bool:
+        """Whether laws, or what the force sensor adds, are told."""
+        return self.message is not None and bool(self.laws or any(self.message.sensor))
 
     @property
-    def _number(self) -> int:
-        return 1 if self.message is None else self.message.number + 1
+    def standing(self) -> LearnerStatus:
+        """What it is about where nothing is new."""
+        return LearnerStatus.TOLD if self.tells else LearnerStatus.WATCHING
+
+    def _telling(
+        self, theta: tuple[float, ...], laws: tuple[ToldEffect, ...] = (), sensor: SensorError = NO_ERROR
+    ) -> Self:
+        """With the next message."""
+        number = 1 if self.message is None else self.message.number + 1
+        return replace(self, message=ModelMessage(theta, laws, self.thing, number, sensor))
 
 
 def left_of(window: Sequence[Piece]) -> float:

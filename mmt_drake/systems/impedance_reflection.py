@@ -69,7 +69,7 @@ class ImpedanceRenderer(KernelSystem):
     - `facet` (4): the plane that touches the surface under the probe: outward unit normal n, and n · x of its points
       [m]; zeros: the last one. The contact then acts in its frame (`mmt_drake.model.local_contact`). May stay
       unconnected, and then the surface is level, z = 0.
-    - `model` (28): the latest message of the estimator (`mmt_drake.model_message`) [SI], of which named laws are taken;
+    - `model` (44): the latest message of the estimator (`mmt_drake.model_message`) [SI], of which named laws are taken;
       zeros: none yet. They act where the surface stays and nothing slips on it. May stay unconnected, and then those
       of the option `model` act.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.

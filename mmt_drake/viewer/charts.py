@@ -10,7 +10,7 @@ import jinja2
 from mmt_drake.analysis.plotting import ESTIMATED, GREEN, MEASURED, RENDERED
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.wording import law_words
-from mmt_drake.model.message_layout import EFFECTS, ENTRY, MESSAGE
+from mmt_drake.model.message_layout import ENTRY, MESSAGE, OF_SENSOR, SENSOR
 from mmt_drake.model.parameters import THETA_UNITS
 from mmt_drake.model_message import code_of
 from mmt_drake.viewer.scene import LEGEND
@@ -82,7 +82,7 @@ _FORCES = {"true": "true_force", "estimated": "estimated_force", "measured": "fo
 _DRAWN = {"true": (GREEN, 5.0), "estimated": (ESTIMATED, 3.0), "measured": (MEASURED, 1.5), "rendered": (RENDERED, 1.5)}
 """Colour and width: where lines are one, all are seen, the first below."""
 _TOLD = ("in_contact", "theta_stable", "model_status", "learner_status")
-_LAWS = tuple(f"model_{name}" for name in MESSAGE[EFFECTS:])
+_LAWS = tuple(f"model_{name}" for name in MESSAGE[OF_SENSOR.start :])
 #: What a sample of a station holds: numbers in this order, NaN where one is not known.
 COLUMNS = (
     "time",
@@ -126,7 +126,7 @@ def sample(time: float, values: Mapping[str, Sequence[float]]) -> list[float]:
     parts |= {label: values.get(name, _NOT_KNOWN[:3]) for label, name in _FORCES.items() if label != "measured"}
     ports = ("in_contact", "stable", *_TOLD[2:])
     told = [values.get(name, _NOT_KNOWN)[0] for name in ports]
-    laws = values.get("model", (math.nan,) * len(MESSAGE))[EFFECTS:]
+    laws = values.get("model", (math.nan,) * len(MESSAGE))[OF_SENSOR.start :]
     forces = (number for label in _FORCES for number in parts[label])
     return [time, *forces, *told, *values.get("theta", _NOT_KNOWN), *laws]
 
@@ -152,7 +152,8 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
         "models": MODEL_WORDS,
         "learner": learner,
         "learners": LEARNER_WORDS,
-        "laws": [panels.columns.index(name) for name in _LAWS[::ENTRY] if name in panels.columns],
+        "laws": [panels.columns.index(name) for name in _LAWS[len(SENSOR) :: ENTRY] if name in panels.columns],
+        "sensor": {panels.columns.index(f"model_{n}"): law_words(LIBRARY[n]) for n in SENSOR if _LAWS[0] in panels.columns},
         "effects": {f"{code_of(name):.0f}": law_words(effect) for name, effect in LIBRARY.items()},
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in panels.charts],

@@ -10,9 +10,10 @@ from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
-from mmt_drake.model_message import ModelMessage, ToldEffect
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 
 OPTIONS = Learning(window=3.0)
+BIAS = SensorError(bias=0.4)
 SAMPLE = 0.01
 WINDOW = round(OPTIONS.window / SAMPLE)
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
@@ -54,6 +55,23 @@ def test_laws_that_are_named_are_told_with_their_numbers() -> None:
     told = asked().answered(NAMED, doubtful=True)
     assert told.message == ModelMessage(NUMBERS, (CUBIC,), number=1)
     assert told.status == LearnerStatus.TOLD and told.before == 9.0 and not told.pieces
+
+
+def test_what_the_force_sensor_adds_is_told_alone_and_leaves_as_laws_do() -> None:
+    told = asked().answered(LookResult("missing_physics", (), NUMBERS, sensor=BIAS), doubtful=True)
+    assert told.message == ModelMessage(NUMBERS, sensor=BIAS) and told.status == LearnerStatus.TOLD
+    gone = told.judged(5.0, OPTIONS)
+    assert gone.message is not None and not any(gone.message.sensor) and not gone.tells
+
+
+def test_another_object_has_a_greater_number_and_is_not_what_was_asked_of() -> None:
+    told = asked().answered(replace(NAMED, sensor=BIAS), doubtful=True)
+    asking = told.asking(Question((), SAMPLE, np.array(NUMBERS), 9.0, 9.0))
+    other = asking.touching(True).touching(True)
+    assert other.thing == 1 and other.question is None and other.status == LearnerStatus.TOLD
+    assert other.message == ModelMessage(UNKNOWN_THETA, (CUBIC,), 1, 2, BIAS), "the sensor is the same"
+    assert other.touching(False).touching(True).thing == 2
+    assert Watched().touching(True).message is None
 
 
 def test_laws_do_not_enter_where_the_latest_contact_needs_none() -> None:
