@@ -104,9 +104,9 @@ class ModelMessage:
         sensor: what is to be taken off the measured force.
 
     Raises:
-        BadInput: theta is not 10 numbers; numbers that cannot be, be it of the sensor; an effect that is unknown, stands twice
-            or beside one that excludes it, or has values that it does not allow. `NotFelt`: an effect that is no law of
-            the contact, the body or friction along the surface, or whose values are not passive.
+        BadInput: theta is not 10 numbers; numbers that cannot be, be it of the sensor; an effect that is unknown,
+            stands twice or beside one that excludes it, or has values that it does not allow. `NotFelt`: an effect that
+            is no law of the contact, the body or friction along the surface, or whose values are not passive.
     """
 
     theta: tuple[float, ...]

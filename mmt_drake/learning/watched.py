@@ -30,16 +30,18 @@ class Piece:
         rows: (n, ROW) samples.
         left: what the estimator left of the latest contact then, over its noise.
         touching: how many of them are of contact.
+        changed: whether the estimator took the object for another one then.
     """
 
     rows: Array
     left: float
     touching: int
+    changed: bool = False
 
     @classmethod
-    def of(cls, rows: Array, left: float) -> Self:
+    def of(cls, rows: Array, left: float, changed: bool = False) -> Self:
         """Of samples (n, ROW)."""
-        return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)))
+        return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)), changed)
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,8 @@ class Watched:
     """The state of a learner; never changed.
 
     Attributes:
-        pieces: of a contact without a gap, with one object.
+        pieces: of a contact without a gap. An object whose law nobody knows is taken for another one now and then, so
+            they are kept then; but only what explains all of it is told of such a contact.
         windows: that are looked at together the next time.
         question: that is not answered yet.
         message: that was told last; None: none was.
@@ -77,17 +80,17 @@ class Watched:
         return replace(self, pieces=kept)
 
     def anew(self) -> Self:
-        """Without what was seen: it was of another object, or time broke off."""
+        """Without what was seen: time broke off, or it has been looked into."""
         return replace(self, pieces=())
 
     def touching(self, changed: bool) -> Self:
         """Where the estimator says that the object is another one, or does not (any more).
 
-        What was asked of the one before is not of this one. Laws stay, with which the estimator knows it again.
+        Laws stay, with which the estimator knows it again.
         """
         if not changed or self.changed:
             return replace(self, changed=changed)
-        other = replace(self, thing=self.thing + 1, changed=True, question=None, status=self.standing).anew()
+        other = replace(self, thing=self.thing + 1, changed=True)
         return other if self.message is None else other._telling(UNKNOWN_THETA, self.laws, self.message.sensor)
 
     def window(self, sample: float, options: Learning) -> tuple[Piece, ...]:
@@ -114,7 +117,8 @@ class Watched:
         more = replace(self, question=None, windows=min(self.windows + 1, _MOST))
         if answer is None:
             return replace(more, status=LearnerStatus.FAILED).anew()
-        if not answer.settled:  # what was seen meanwhile counts the next time
+        partly = answer.tells and question.changed and answer.verdict != "missing_physics"
+        if not answer.settled or partly:  # what was seen meanwhile counts the next time
             return replace(more, status=answer.status)
         if not (answer.tells or self.tells) or (answer.tells and not doubtful):
             return replace(more, status=self.standing).anew()

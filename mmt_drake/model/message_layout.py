@@ -12,7 +12,7 @@ MOST_EFFECTS: Final = 2
 """That one message may tell."""
 ENTRY: Final = 1 + 2 * LAW_PARAMETERS
 """Numbers of an effect: which one, its values in the order of its parameters, and their standard deviations."""
-_OF_EFFECT = ("", *(f"_{k + 1}" for k in range(LAW_PARAMETERS)), *(f"_deviation_{k + 1}" for k in range(LAW_PARAMETERS)))
+_OF_EFFECT = ("", *(f"{of}_{k + 1}" for of in ("", "_deviation") for k in range(LAW_PARAMETERS)))
 MESSAGE: Final = (*HEAD, *THETA, *SENSOR, *(f"effect{i + 1}{of}" for i in range(MOST_EFFECTS) for of in _OF_EFFECT))
 """Names of its numbers."""
 MESSAGE_SIZE: Final = len(MESSAGE)

@@ -144,6 +144,7 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
         loader=jinja2.PackageLoader("mmt_drake.viewer", "templates"), undefined=jinja2.StrictUndefined
     )
     contact, stable, model, learner = (panels.columns.index(name) if name in panels.columns else -1 for name in _TOLD)
+    told = _LAWS[0] in panels.columns
     settings = {
         "width": len(panels.columns),
         "contact": contact,
@@ -153,7 +154,7 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
         "learner": learner,
         "learners": LEARNER_WORDS,
         "laws": [panels.columns.index(name) for name in _LAWS[len(SENSOR) :: ENTRY] if name in panels.columns],
-        "sensor": {panels.columns.index(f"model_{n}"): law_words(LIBRARY[n]) for n in SENSOR if _LAWS[0] in panels.columns},
+        "sensor": {panels.columns.index(_LAWS[i]): law_words(LIBRARY[n]) for i, n in enumerate(SENSOR) if told},
         "effects": {f"{code_of(name):.0f}": law_words(effect) for name, effect in LIBRARY.items()},
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in panels.charts],

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
@@ -64,11 +65,18 @@ def test_what_the_force_sensor_adds_is_told_alone_and_leaves_as_laws_do() -> Non
     assert gone.message is not None and not any(gone.message.sensor) and not gone.tells
 
 
-def test_another_object_has_a_greater_number_and_is_not_what_was_asked_of() -> None:
+@pytest.mark.parametrize("verdict", ["missing_physics", "partly_explained"])
+def test_of_what_was_taken_for_two_objects_only_what_explains_all_is_told(verdict: Verdict) -> None:
+    one = asked()
+    assert one.question is not None
+    told = replace(one, question=replace(one.question, changed=True)).answered(replace(NAMED, verdict=verdict), True)
+    assert bool(told.laws) == (verdict == "missing_physics") and bool(told.pieces) != bool(told.laws)
+
+
+def test_another_object_has_a_greater_number() -> None:
     told = asked().answered(replace(NAMED, sensor=BIAS), doubtful=True)
-    asking = told.asking(Question((), SAMPLE, np.array(NUMBERS), 9.0, 9.0))
-    other = asking.touching(True).touching(True)
-    assert other.thing == 1 and other.question is None and other.status == LearnerStatus.TOLD
+    other = told.touching(True).touching(True)
+    assert other.thing == 1
     assert other.message == ModelMessage(UNKNOWN_THETA, (CUBIC,), 1, 2, BIAS), "the sensor is the same"
     assert other.touching(False).touching(True).thing == 2
     assert Watched().touching(True).message is None
