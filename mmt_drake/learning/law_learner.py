@@ -100,6 +100,11 @@ class LawLearner(KernelSystem, Closing):
         """End the process of its looks; may be called again."""
         self._looks.close()
 
+    def answered_by(self, looks: Looks) -> None:
+        """Ask somebody else, before a run begins."""
+        self._looks.close()
+        self._looks = looks
+
     def _step(self, t: float, memory: Array, *inputs: Array) -> None:
         measurement, contact, *_ = inputs
         count = int(memory[_COUNT])
