@@ -3,7 +3,7 @@
 import pickle
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from enum import IntEnum
 from typing import Final
 
@@ -13,8 +13,8 @@ from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.result import NamedEffect
-from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.options import check_told
+from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.estimation.output_error.options import Prior, check_told
 from mmt_drake.model.message_layout import SENSOR
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
@@ -102,11 +102,19 @@ def look(rows: Array, sample: float, theta: Array, begun: float, executor: Execu
     rows = rows[first:]
     time: Array = np.arange(len(rows), dtype=np.float64) * sample
     recording = Recording(time, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
-    m, k1, k2, b1, b2, Fc, k, b = np.fmax(theta[: len(_LEAST)], list(_LEAST.values())).tolist()
-    model = FlexibleBoxModel(BoxParameters(m, k1, k2, b1, b2, Fc), NormalContact(k, b))
-    found = answer_of(diagnose([recording], model, executor=executor))
+    try:
+        outcome = diagnose([recording], _model(theta), executor=executor)
+    except MmtError:  # numbers of a few samples, of what was taken for another object, need not be those of any
+        outcome = diagnose([recording], _model(np.array(astuple(Prior()))), executor=executor)
+    found = answer_of(outcome)
     bias, rate = found.sensor.bias, found.sensor.rate
     return replace(found, sensor=found.sensor._replace(bias=bias - rate * (begun + first * sample)))
+
+
+def _model(theta: Array) -> FlexibleBoxModel:
+    """Whence fits begin."""
+    m, k1, k2, b1, b2, Fc, k, b = np.fmax(theta[: len(_LEAST)], list(_LEAST.values())).tolist()
+    return FlexibleBoxModel(BoxParameters(m, k1, k2, b1, b2, Fc), NormalContact(k, b))
 
 
 def answer_of(outcome: Outcome) -> LookResult:
