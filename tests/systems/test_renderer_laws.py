@@ -87,7 +87,7 @@ def test_a_scenario_with_laws_that_are_not_to_be_felt_is_refused(effect, line):
 def test_a_spring_is_stiffness_times_the_way_from_where_it_was_touched_whatever_else_theta_says():
     motion, k2, k = strokes(400), THETA[2], THETA[6]
     found = rendered(motion, structure="spring")
-    np.testing.assert_allclose(found[:, 0], -k2 * (motion[:, 0] - motion[0, 0]), atol=1e-9)
+    np.testing.assert_allclose(found[:, 1], -k2 * (motion[:, 1] - motion[0, 1]), atol=1e-9)
     np.testing.assert_allclose(found[:, 2], -k * motion[:, 2], atol=1e-9)
 
 
@@ -100,17 +100,17 @@ def test_a_mass_spring_damper_is_its_equation_behind_the_virtual_coupling():
     K, B, Z = COUPLING**2 * m, 2.0 * COUPLING * m, m * s**2 + b * s + stiff
     behind, bare = (np.imag(-0.01 * G * np.exp(s * t)) for G in ((K + B * s) * Z / (K + B * s + Z), Z))
     settled = t > 0.5
-    np.testing.assert_allclose(found[settled, 0], behind[settled], atol=2e-3 * np.abs(bare).max())
-    np.testing.assert_allclose(found[settled, 0], bare[settled], atol=0.02 * np.abs(bare).max())
+    np.testing.assert_allclose(found[settled, 1], behind[settled], atol=2e-3 * np.abs(bare).max())
+    np.testing.assert_allclose(found[settled, 1], bare[settled], atol=0.02 * np.abs(bare).max())
 
 
 @pytest.mark.parametrize("structure", ["mass_spring_damper", "spring"])
 def test_a_scenario_chooses_the_structure_and_none_but_the_flexible_box_has_laws(structure):
     chosen = [f"renderer.structure={structure}"]
     assert load_scenario("setup1", chosen).renderer.structure == structure
-    with pytest.raises(BadInput, match=r"renderer.structure: found '?" + structure):
+    with pytest.raises(BadInput, match=r"renderer.structure: found " + structure):
         load_scenario("setup1-learning", chosen)
-    with pytest.raises(BadInput, match="effects: found 'nonlinear_stiffness'"):
+    with pytest.raises(BadInput, match="effects: found nonlinear_stiffness, expected none"):
         load_scenario("setup1", [*chosen, "renderer.effects=[{name: nonlinear_stiffness, parameters: {k3: 3.0e6}}]"])
     with pytest.raises(BadInput, match="structure"):
         ImpedanceRenderer(structure="jelly")
