@@ -198,6 +198,7 @@ class Learner:
             -float(np.count_nonzero(comparable(known.window, self.h)[:, :2])) / known.noise**2 * known.noise_slope,
             np.isfinite(known.noise_share) & known.rests,
             told_by_bytes(known.model.tobytes()),
+            known.normal,
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:
