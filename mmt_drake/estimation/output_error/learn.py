@@ -116,14 +116,10 @@ class Learner:
             return self._fitted(self._along_normal(known))
 
     def retold(self, known: Knowledge, model: Array) -> Knowledge:
-        """Knowledge where object or force sensor are told to be of other laws: what was believed is so no more.
+        """Knowledge where object or force sensor are told to be of other laws: the samples at hand are fitted anew.
 
-        The samples at hand are fitted anew with them. What older ones said was said of another model, and goes. A
-        message that tells the same of both changes nothing but its number.
-
-        Args:
-            known: what there is.
-            model: (MESSAGE_SIZE,) of a later message than that of `known`; an older one changes nothing.
+        What older ones said was said of another model, and goes. An older message than that of `known` changes nothing,
+        one (MESSAGE_SIZE,) that tells the same of both its number alone.
 
         Raises:
             BadInput: the message is none, or tells a law that is not known or that cannot stand beside what is sought.
