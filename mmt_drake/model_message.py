@@ -4,9 +4,9 @@ It stands in the place of theta. On the wire it is a vector of one size (`ModelM
 address or an index: structure and effects go by a sum over their names, so that two machines need only have the laws
 that are told, and one that has not says so.
 
-It holds what may be felt and nothing else: a law of the contact, the body or friction along the surface whose values
-give no energy that was not put in (`Effect.passive`). A law of the sensor or the channel corrects an estimator's data
-and is never felt; what adds to a number of theta is told by that number.
+A law in it may be felt: it is one of the contact, the body or friction along the surface whose values give no energy
+that was not put in (`Effect.passive`). What the force sensor adds to what is (`SensorError`) corrects an estimator's
+data and is never felt; what adds to a number of theta is told by that number.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 from zlib import crc32
 
 import numpy as np
 
 from mmt_drake.effects import LIBRARY, Effect
 from mmt_drake.effects.wording import law_words
-from mmt_drake.errors import BadInput
-from mmt_drake.model.laws import ActiveLaw, Slot
-from mmt_drake.model.message_layout import EFFECTS, ENTRY, HEAD, MESSAGE_SIZE, MOST_EFFECTS
+from mmt_drake.errors import BadInput, check_number
+from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw, Slot
+from mmt_drake.model.message_layout import EFFECTS, ENTRY, HEAD, MESSAGE_SIZE, MOST_EFFECTS, OF_SENSOR, SENSOR
 from mmt_drake.model.parameters import THETA, BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
 from mmt_drake.model_files import with_effects
 from mmt_drake.numeric.arrays import Array
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Of what is laid out here; a message of another one is refused."""
 STRUCTURE: Final = FlexibleBoxModel.NAME
 """The one structure that theta is of."""
@@ -50,10 +50,12 @@ class ToldEffect:
     Attributes:
         name: of the library.
         parameters: its values by symbol.
+        deviation: their standard deviations by symbol, where they are known.
     """
 
     name: str
     parameters: dict[str, float] = field(hash=False)
+    deviation: dict[str, float] = field(default_factory=dict, hash=False)
 
     @property
     def words(self) -> str:
@@ -62,6 +64,32 @@ class ToldEffect:
         told = {number.partition(" ")[0]: number for number in numbers}
         values = (told[symbol].replace("#", f"{value:.3g}") for symbol, value in self.parameters.items())
         return f"{name} ({', '.join(values)})"
+
+
+class SensorError(NamedTuple):
+    """What a force sensor reads along x and y beside the force, by the effects of `SENSOR`.
+
+    Attributes:
+        bias: what it reads too much at time 0 [N].
+        rate: by how much that grows [N/s].
+        gain: of the normal force, that it reads too much [1].
+        tau: time constant with which it follows, of a first-order low pass [s].
+    """
+
+    bias: float = 0.0
+    rate: float = 0.0
+    gain: float = 0.0
+    tau: float = 0.0
+
+    @property
+    def words(self) -> list[str]:
+        """As a person reads them, an effect each: `force bias (bias = 0.3 N)`."""
+        names = zip(SENSOR, self._asdict().items(), strict=True)
+        return [ToldEffect(name, {symbol: value}).words for name, (symbol, value) in names if value != 0.0]
+
+
+NO_ERROR: Final = SensorError()
+"""Of a force sensor that reads what is."""
 
 
 @dataclass(frozen=True)
@@ -73,17 +101,19 @@ class ModelMessage:
         effects: named laws beside them, at most `MOST_EFFECTS`.
         thing: which object it is, a whole number; another one, another object.
         number: of the message, from 1 on; a later one has a greater.
+        sensor: what is to be taken off the measured force.
 
     Raises:
-        BadInput: theta is not 10 numbers; numbers that cannot be; an effect that is unknown, stands twice
-            or beside one that excludes it, or has values that it does not allow. `NotFelt`: an effect that is no law of
-            the contact, the body or friction along the surface, or whose values are not passive.
+        BadInput: theta is not 10 numbers; numbers that cannot be, be it of the sensor; an effect that is unknown,
+            stands twice or beside one that excludes it, or has values that it does not allow. `NotFelt`: an effect that
+            is no law of the contact, the body or friction along the surface, or whose values are not passive.
     """
 
     theta: tuple[float, ...]
     effects: tuple[ToldEffect, ...] = ()
     thing: int = 0
     number: int = 1
+    sensor: SensorError = NO_ERROR
 
     def __post_init__(self) -> None:
         if len(self.theta) != len(THETA):
@@ -91,6 +121,8 @@ class ModelMessage:
         for symbol, value in zip(THETA, self.theta, strict=True):
             if math.isinf(value):
                 raise BadInput(_SOURCE, at=f"theta.{symbol}", found=value, expected="a finite number")
+        for name, value in zip(SENSOR, self.sensor, strict=True):
+            check_number(_SOURCE, name, value, least=0.0 if name == "force_lag" else -math.inf)
         for name, number, least in (("object", self.thing, 0), ("number", self.number, 1)):
             if isinstance(number, bool) or not isinstance(number, int) or not least <= number < _GREATEST:
                 raise BadInput(_SOURCE, at=name, found=number, expected=f"a whole number from {least} on")
@@ -129,16 +161,18 @@ class ModelMessage:
                 raise BadInput(_SOURCE, at=f"{effect.name}.{parameter.symbol}", found="none", expected=expected)
 
     def vector(self) -> Array:
-        """(MESSAGE_SIZE,) as it crosses the network: head, theta, and for each effect which and its values."""
+        """(MESSAGE_SIZE,) as it crosses the network: `mmt_drake.model.message_layout.MESSAGE`."""
         vector = np.zeros(MESSAGE_SIZE)
         vector[: len(HEAD)] = VERSION, code_of(STRUCTURE), self.thing, self.number
-        vector[len(HEAD) : EFFECTS] = self.theta
+        vector[len(HEAD) : OF_SENSOR.start], vector[OF_SENSOR] = self.theta, self.sensor
         box = box_of(self.theta)
         for i, told in enumerate(self.effects):
             values = LIBRARY[told.name].checked(told.parameters, box, _SOURCE)
             start = EFFECTS + i * ENTRY
             vector[start] = code_of(told.name)
             vector[start + 1 : start + 1 + len(values)] = tuple(values.values())
+            first = start + 1 + LAW_PARAMETERS
+            vector[first : first + len(values)] = [told.deviation.get(symbol, math.nan) for symbol in values]
         return vector
 
     @classmethod
@@ -164,9 +198,11 @@ class ModelMessage:
                 raise BadInput(_SOURCE, at="effects", found=f"{code:.0f}", expected="the sum of an effect known here")
             effect = known[code]
             symbols = [parameter.symbol for parameter in effect.parameters]
-            effects.append(ToldEffect(effect.name, dict(zip(symbols, values, strict=False))))
-        theta = tuple(vector[len(HEAD) : EFFECTS].tolist())
-        return cls(theta, tuple(effects), _whole("object", thing), _whole("number", number))
+            deviations = zip(symbols, values[LAW_PARAMETERS:], strict=False)
+            known_to = {symbol: deviation for symbol, deviation in deviations if math.isfinite(deviation)}
+            effects.append(ToldEffect(effect.name, dict(zip(symbols, values, strict=False)), known_to))
+        theta, sensor = tuple(vector[len(HEAD) : OF_SENSOR.start].tolist()), SensorError(*vector[OF_SENSOR].tolist())
+        return cls(theta, tuple(effects), _whole("object", thing), _whole("number", number), sensor)
 
 
 UNKNOWN_THETA: Final = (math.nan,) * len(THETA)

@@ -14,15 +14,16 @@ from mmt_drake.model_message import (
     UNKNOWN_THETA,
     ModelMessage,
     NotFelt,
+    SensorError,
     ToldEffect,
     box_of,
     code_of,
 )
 
 THETA = tuple(FlexibleBoxModel(BoxParameters(Fc=0.3)).theta().tolist())
-CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
+CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6}, {"k3": 1e4})
 LUGRE = ToldEffect("presliding_friction", {"sigma0": 600.0, "sigma1": 1.0, "Fs": 0.4, "v_s": 0.01})
-MESSAGE = ModelMessage(THETA, (CUBIC, LUGRE), 7, 41)
+MESSAGE = ModelMessage(THETA, (CUBIC, LUGRE), 7, 41, SensorError(bias=0.3, tau=0.01))
 
 
 def test_it_crosses_the_wire_and_nothing_is_lost():
@@ -33,6 +34,10 @@ def test_it_crosses_the_wire_and_nothing_is_lost():
 def test_numbers_that_are_not_known_cross_as_nan():
     again = ModelMessage.from_vector(ModelMessage(UNKNOWN_THETA).vector())
     assert np.isnan(again.theta).all() and again.number == 1
+
+
+def test_what_the_force_sensor_adds_is_told_in_words():
+    assert MESSAGE.sensor.words == ["force bias (bias = 0.3 N)", "force lag (tau = 0.01 s)"]
 
 
 def test_zeros_are_no_message():
@@ -82,14 +87,16 @@ def test_effects_that_are_unknown_out_of_bounds_or_too_many_are_refused(effects,
 @pytest.mark.parametrize(
     ("at", "value", "why"),
     [
-        (0, 2.0, "version: found 2, expected 1"),
+        (0, 1.0, "version: found 1, expected 2"),
         (1, 5.0, "structure: found 5"),
         (2, 0.5, "object: found 0.5"),
         (3, 0.0, "number: found 0"),
         (3, math.nan, "number: found nan"),
         (4, math.inf, "theta.m: found inf"),
-        (14, 12345.0, "effects: found 12345, expected the sum of an effect known here"),
-        (15, math.nan, "k3"),
+        (14, math.nan, "force_bias: found nan"),
+        (17, -0.1, "force_lag: found -0.1, expected a finite number >= 0"),
+        (18, 12345.0, "effects: found 12345, expected the sum of an effect known here"),
+        (19, math.nan, "k3"),
     ],
 )
 def test_a_vector_that_is_not_sound_is_refused(at, value, why):

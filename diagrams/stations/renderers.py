@@ -17,6 +17,7 @@ from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.quantities import Checked, Damping, Mass, Quantity, Stiffness
 from mmt_drake.rendering.high_band import HighBand
 from mmt_drake.rendering.passivity import PassivityControl
+from mmt_drake.rendering.structures import RenderedStructure
 from mmt_drake.rendering.updates import AtOnce, Policy
 from mmt_drake.systems import direct_force, fused_reflection, impedance_reflection, proxy_spring
 from mmt_drake.systems.cartesian_impedance import Impedance
@@ -107,9 +108,12 @@ class ImpedanceReflection(_Renderer):
         mu: friction of the probe on the surface, where that is not level; null: it never slips.
         effects: laws that the object is known to have beside the numbers that the estimator tells, as in a model file:
             those of a contact, body or friction along the surface, with values that are passive; two at most.
+        structure: as what theta is rendered: a flexible_box; a mass_spring_damper that the hand has hold of (thesis,
+            eq. 1); a spring to where it has touched (eq. 10). See `mmt_drake.rendering.structures`.
 
     Raises:
-        BadInput: an effect that is unknown, not to be felt or has values that it does not allow.
+        BadInput: an effect that is unknown, not to be felt or has values that it does not allow; effects of what is no
+            flexible box.
     """
 
     substeps: int = 1
@@ -119,11 +123,15 @@ class ImpedanceReflection(_Renderer):
     arm: ModelledArm | None = None
     mu: Annotated[float | None, Quantity("1", positive=True)] = None
     effects: tuple[ToldEffect, ...] = ()
+    structure: RenderedStructure = "flexible_box"
     name = "runge_kutta"
     receives = (*_MODEL, "held_body", "model_status", "model")
 
     def __post_init__(self) -> None:
         _ = self._model
+        if self.effects and self.structure != "flexible_box":
+            expected = f"none: a {self.structure} has no laws"
+            raise BadInput("renderer", at="effects", found=self.effects[0].name, expected=expected)
 
     @property
     def _model(self) -> ModelMessage | None:
@@ -149,6 +157,7 @@ class ImpedanceReflection(_Renderer):
             carried=carried,
             mu=self.mu,
             model=self._model,
+            structure=self.structure,
         )
 
 

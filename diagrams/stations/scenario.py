@@ -134,6 +134,9 @@ class Scenario:
             if not isinstance(part, takes[name]):
                 expected = f"!{takes[name].__name__}, which takes up what a learner finds"
                 raise BadInput("scenario", at=name, found=f"!{type(part).__name__}", expected=expected)
+        if isinstance(self.renderer, ImpedanceReflection) and self.renderer.structure != "flexible_box":
+            expected = "flexible_box, which has laws"
+            raise BadInput("scenario", at="renderer.structure", found=self.renderer.structure, expected=expected)
         if self.shape is not None:
             expected = "null: laws of a surface that is not level are not felt"
             raise BadInput("scenario", at="learner", found="a learner", expected=expected)

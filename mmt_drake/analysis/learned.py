@@ -8,8 +8,8 @@ import numpy as np
 from mmt_drake.analysis.signals import component, delayed, flag, mean_step
 from mmt_drake.analysis.wording import percent
 from mmt_drake.errors import BadInput
-from mmt_drake.model.message_layout import MESSAGE
-from mmt_drake.model_message import ModelMessage, ToldEffect
+from mmt_drake.model.message_layout import MESSAGE, SENSOR
+from mmt_drake.model_message import NO_ERROR, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.two_recordings import DELAY
@@ -27,6 +27,7 @@ class ToldModel:
         at: when it was taken up [s].
         contact: how much contact there had been [s].
         effects: that it tells.
+        sensor: what it tells of the force sensor.
         error: of the rendered force along x and y against the plant's, in contact, until the next message; against the
             plant's without noise, where that is recorded. None: there was no contact.
     """
@@ -34,7 +35,14 @@ class ToldModel:
     at: float
     contact: float
     effects: tuple[ToldEffect, ...]
+    sensor: SensorError
     error: float | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of its effects, and of those of the force sensor."""
+        told = zip(SENSOR, self.sensor, strict=True)
+        return *(effect.name for effect in self.effects), *(name for name, value in told if value != 0.0)
 
 
 @dataclass(frozen=True)
@@ -53,7 +61,7 @@ class ToldLaws:
         """For a terminal."""
         parts = [f"rendered force off by {percent(self.before)}"]
         for model in self.told:
-            laws = " and ".join(effect.words for effect in model.effects) or "no law"
+            laws = " and ".join([*(effect.words for effect in model.effects), *model.sensor.words]) or "no law"
             parts.append(f"from {model.at:.2f} s on {laws}: {percent(model.error)}")
         return f"told while it was felt: {'; '.join(parts)}"
 
@@ -64,6 +72,7 @@ class ToldLaws:
                 "at_s": model.at,
                 "contact_s": model.contact,
                 "effects": [{"name": e.name, "parameters": e.parameters} for e in model.effects],
+                "sensor": model.sensor._asdict(),
                 "error": model.error,
             }
             for model in self.told
@@ -95,9 +104,9 @@ def learned(recording: Recording) -> ToldLaws | None:
     told = []
     for start, end in zip(starts.tolist(), ends, strict=True):
         message = ModelMessage.from_vector(np.array([recording[column][start] for column in columns]))
-        effects = () if message is None else message.effects
+        effects, sensor = ((), NO_ERROR) if message is None else (message.effects, message.sensor)
         samples = contact & (at >= start + round(SETTLES_S / step)) & (at < end) & (seconds > _FIRST_S)
-        told.append(ToldModel(float(recording.time[start]), float(seconds[start]), effects, error(samples)))
+        told.append(ToldModel(float(recording.time[start]), float(seconds[start]), effects, sensor, error(samples)))
     return ToldLaws(error(contact & (at < starts[0]) & (seconds > _FIRST_S)), tuple(told))
 
 

@@ -6,6 +6,7 @@ examples:
   mmt-drake bench diagnosis
   mmt-drake bench pacing --minutes 10
   mmt-drake bench haptics
+  mmt-drake bench learning --minutes 10
   mmt-drake bench faults --moments 5
   mmt-drake bench faults --fuzz 30
 
@@ -13,7 +14,9 @@ examples:
 `diagnosis`: how long `diagnose` takes on all processors, what twice the recording costs, and whether a dask cluster
 finds the same; some minutes. `pacing`: set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing and
 with itself under a live view; less than a minute, or `--minutes` and half as long again. `haptics`: set-up 1
-with an emulated device in the hand at 1 kHz; half a minute. Other work on the machine shows:
+with an emulated device in the hand at 1 kHz; half a minute. `learning`: what a learner beside set-up 1 costs, whether a
+run repeats, energy with laws that come and go, and whether anything is told of an object without a law; five minutes
+and `--minutes`. Other work on the machine shows:
 a figure with a peer was measured beside it in the same minute, and their ratio holds where single figures do not.
 
 `faults`: every kind of fault, each at random moments: the greatest force that reached the hand and its limit, after how
@@ -42,17 +45,17 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.proof.studies import Report, Study
 
 QUICK, FAULTS = "quick", "faults"
-_OPTIONS = {"moments": FAULTS, "where": FAULTS, "fuzz": FAULTS, "minutes": "pacing"}
-"""Options of one group alone."""
+_OPTIONS = {"moments": (FAULTS,), "where": (FAULTS,), "fuzz": (FAULTS,), "minutes": ("pacing", "learning")}
+"""Options of some groups alone."""
 _EACH = 50  # random times of each kind of fault
 _FUZZED = "{:20}{:>9}{:>9}{:>13}{:>7}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of this command."""
-    text = f"which figures: {QUICK} (default), diagnosis, pacing, haptics or faults"
+    text = f"which figures: {QUICK} (default), diagnosis, pacing, haptics, learning or faults"
     parser.add_argument("group", nargs="?", default=QUICK, metavar="GROUP", help=text)
-    text = "pacing: how long set-up 1 runs in all (default 0.4)"
+    text = "pacing: how long set-up 1 runs in all (default 0.4); learning: how long nothing may be told (default 1)"
     parser.add_argument("--minutes", type=float, metavar="M", help=text)
     text = f"faults: at how many random moments of each kind (default: {_EACH})"
     parser.add_argument("--moments", type=int, metavar="N", help=text)
@@ -65,9 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Measure and print; a missed target is shown, and is no error. Faults that went wrong are exit status 1."""
-    for name, group in _OPTIONS.items():
-        if getattr(arguments, name) is not None and arguments.group != group:
-            raise BadInput(f"--{name}", found=f"bench {arguments.group}", expected=f"bench {group}")
+    for name, groups in _OPTIONS.items():
+        if getattr(arguments, name) is not None and arguments.group not in groups:
+            raise BadInput(f"--{name}", found=f"bench {arguments.group}", expected=f"bench {' or '.join(groups)}")
     if arguments.fuzz is not None:
         if not 0.0 < arguments.fuzz < math.inf:
             raise BadInput("--fuzz", found=arguments.fuzz, expected="more than 0 minutes")

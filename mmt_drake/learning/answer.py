@@ -3,7 +3,7 @@
 import pickle
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
 from enum import IntEnum
 from typing import Final
 
@@ -12,10 +12,12 @@ import numpy as np
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.tell.outcome import Outcome
-from mmt_drake.errors import BadInput
-from mmt_drake.estimation.output_error.options import check_sought
+from mmt_drake.diagnosis.tell.result import NamedEffect
+from mmt_drake.errors import BadInput, MmtError
+from mmt_drake.estimation.output_error.options import Prior, check_told
+from mmt_drake.model.message_layout import SENSOR
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
-from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 
@@ -27,6 +29,8 @@ _LEAST: Final = {"m": 0.05, "k1": 5.0, "k2": 20.0, "b1": 1.0, "b2": 1.0, "Fc": 0
 """What a number is taken for where less was found of it: one of 0 is left out of a fit."""
 _NUMBERS: Final = "static_friction"
 """An effect that is numbers of theta."""
+_OF_95: Final = 2.0 * 1.96
+"""Standard deviations in an interval of 95 %."""
 _ENOUGH: Final[tuple[Verdict, ...]] = "no_mismatch", "parameters"
 """Verdicts that need no law."""
 
@@ -36,8 +40,8 @@ class LearnerStatus(IntEnum):
 
     WATCHING = 0  # the numbers explain the contact, or too little of it was seen
     LOOKING = 1  # a diagnosis is under way
-    TOLD = 2  # laws are told
-    NOT_FELT = 3  # what was found last is not to be felt, or cannot be: the sensor's, the channel's, active
+    TOLD = 2  # laws, or what the force sensor adds, are told
+    NOT_FELT = 3  # what was found last is not to be felt, or cannot be: the channel's, active
     CANNOT_TELL = 4  # what the numbers leave has no name so far
     FAILED = 5  # the diagnosis did
 
@@ -51,47 +55,66 @@ class LookResult:
         laws: that are named and may be felt.
         theta: (10,) the numbers beside them; NaN where nothing is to be said of them.
         refused: why others that are named are not felt, a line each.
+        sensor: what the force sensor adds, from the time 0 of what was looked at on.
     """
 
     verdict: Verdict
     laws: tuple[ToldEffect, ...] = ()
     theta: tuple[float, ...] = UNKNOWN_THETA
     refused: tuple[str, ...] = ()
+    sensor: SensorError = NO_ERROR
+
+    @property
+    def tells(self) -> bool:
+        """Whether it names what may be told."""
+        return bool(self.laws) or any(self.sensor)
 
     @property
     def settled(self) -> bool:
         """Whether it says which laws act, be it none; else those that were told before stay."""
-        return bool(self.laws) or self.verdict in _ENOUGH
+        return self.tells or self.verdict in _ENOUGH
 
     @property
     def status(self) -> LearnerStatus:
         """What a learner shows of it."""
-        if self.laws:
+        if self.tells:
             return LearnerStatus.TOLD
         if self.settled:
             return LearnerStatus.WATCHING
         return LearnerStatus.NOT_FELT if self.refused else LearnerStatus.CANNOT_TELL
 
 
-def look(rows: Array, sample: float, theta: Array, executor: Executor) -> LookResult:
+def look(rows: Array, sample: float, theta: Array, begun: float, executor: Executor) -> LookResult:
     """Hold a contact against the library of effects.
 
     Args:
         rows: (n, ROW) samples in the table frame.
         sample: time between them [s].
         theta: (10,) numbers of the object, as an estimator without laws has them: whence fits begin.
+        begun: time of the first sample, by the clock of who takes off what the sensor adds [s].
         executor: runs the fits.
 
     Raises:
         MmtError: the contact is none that could be diagnosed.
     """
     # A moment of free motion at the edge would pass for clocks that differ.
-    rows = rows[int(np.argmax(rows[:, -1] > 0.5)) :]
+    first = int(np.argmax(rows[:, -1] > 0.5))
+    rows = rows[first:]
     time: Array = np.arange(len(rows), dtype=np.float64) * sample
     recording = Recording(time, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
+    try:
+        outcome = diagnose([recording], _model(theta), executor=executor)
+    except MmtError:  # numbers of a few samples, of what was taken for another object, need not be those of any
+        outcome = diagnose([recording], _model(np.array(astuple(Prior()))), executor=executor)
+    found = answer_of(outcome)
+    bias, rate = found.sensor.bias, found.sensor.rate
+    return replace(found, sensor=found.sensor._replace(bias=bias - rate * (begun + first * sample)))
+
+
+def _model(theta: Array) -> FlexibleBoxModel:
+    """Whence fits begin."""
     m, k1, k2, b1, b2, Fc, k, b = np.fmax(theta[: len(_LEAST)], list(_LEAST.values())).tolist()
-    model = FlexibleBoxModel(BoxParameters(m, k1, k2, b1, b2, Fc), NormalContact(k, b))
-    return answer_of(diagnose([recording], model, executor=executor))
+    return FlexibleBoxModel(BoxParameters(m, k1, k2, b1, b2, Fc), NormalContact(k, b))
 
 
 def answer_of(outcome: Outcome) -> LookResult:
@@ -102,16 +125,30 @@ def answer_of(outcome: Outcome) -> LookResult:
     values = outcome.best.hypothesis.effect_values(outcome.best.x)
     sure = [e for e in found.effects if e.certain == "law" and e.name in values] if found.verdict in NAMING else []
     numbers = _numbers(outcome, values.get(_NUMBERS))
-    laws: list[ToldEffect] = []
-    refused = []
-    for told in (ToldEffect(effect.name, values[effect.name]) for effect in sure if effect.name != _NUMBERS):
+    laws: tuple[ToldEffect, ...] = ()
+    refused: list[str] = []
+    sensor = NO_ERROR
+    for effect in sure:
+        name = effect.name
+        if name == _NUMBERS:
+            continue
+        more, other = laws, sensor
+        if name in SENSOR:
+            other = sensor._replace(**values[name])
+        else:
+            more = (*laws, ToldEffect(name, values[name], _deviations(effect)))
         try:
-            ModelMessage(numbers, (*laws, told))
-            check_sought([told], "learner")
-            laws.append(told)
+            check_told(ModelMessage(numbers, more, sensor=other), "learner")
+            laws, sensor = more, other
         except BadInput as error:
-            refused.append(f"{told.name}: found {error.found}, expected {error.expected}")
-    return LookResult(found.verdict, tuple(laws), numbers, tuple(refused))
+            refused.append(f"{name}: found {error.found}, expected {error.expected}")
+    return LookResult(found.verdict, laws, numbers, tuple(refused), sensor)
+
+
+def _deviations(effect: NamedEffect) -> dict[str, float]:
+    """Standard deviations of an effect's numbers, by their 95 % intervals."""
+    ends = {symbol: np.ravel(number.ci95) for symbol, number in effect.parameters.items() if number.ci95 is not None}
+    return {symbol: float(np.ptp(both)) / _OF_95 for symbol, both in ends.items()}
 
 
 def _numbers(outcome: Outcome, static: Mapping[str, float] | None) -> tuple[float, ...]:

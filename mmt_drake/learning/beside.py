@@ -34,6 +34,7 @@ class Question:
         theta: (10,) numbers of the estimator.
         asked: when [s].
         left: what the estimator left of the contact, over its noise [1].
+        changed: whether it took the object for another one within it.
     """
 
     pieces: tuple[Array, ...]
@@ -41,9 +42,16 @@ class Question:
     theta: Array
     asked: float
     left: float
+    changed: bool = False
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
+
+    @property
+    def wording(self) -> tuple[tuple[Array, ...], float, Array, float]:
+        """As another process is asked: the pieces, between samples, theta, and when the first sample was taken [s]."""
+        count = sum(map(len, self.pieces))
+        return self.pieces, self.sample, self.theta, self.asked - count * self.sample
 
 
 class Looks(Closing):
@@ -70,7 +78,7 @@ class Looks(Closing):
 
     def _send(self, question: Question) -> None:
         with self._turn:
-            self._own.send(pickle.dumps((question.pieces, question.sample, question.theta)))
+            self._own.send(pickle.dumps(question.wording))
 
     def is_answered(self, question: Question) -> bool:
         """Whether `answer` has not to wait."""
@@ -88,16 +96,16 @@ class Looks(Closing):
         while question in self._waiting:
             self._take()
         if question not in self._answers and here:
-            self._answers[question] = _answered(question.pieces, question.sample, question.theta)
+            self._answers[question] = _answered(*question.wording)
         return self._answers.get(question)
 
     def _take(self) -> None:
         self._answers[self._waiting.popleft()] = unpacked(self._own.answer())
 
 
-def _answered(pieces: Sequence[Array], sample: float, theta: Array) -> LookResult | None:
+def _answered(pieces: Sequence[Array], sample: float, theta: Array, begun: float) -> LookResult | None:
     with workers(1) as executor:
-        return look(np.concatenate(pieces), sample, theta, executor)
+        return look(np.concatenate(pieces), sample, theta, begun, executor)
 
 
 def serve(handle: int) -> None:

@@ -29,8 +29,9 @@ class LawLearner(KernelSystem, Closing):
 
     Where the estimator leaves more of a window of contact than its noise explains, the diagnosis holds that window
     against the library of effects, in a process of its own. Laws that it names and that may be felt are told on
-    `model`, with the numbers beside them. They leave again when they do not earn their place: when a window of contact
-    with them leaves half of what it did without or more, or when a later look finds another answer.
+    `model`, with the numbers beside them, and what of the force is the sensor's. They leave again when they do not earn
+    their place: when a window of contact with them leaves half of what it did without or more, or when a later look
+    finds another answer.
 
     .. pydrake_system::
 
@@ -56,11 +57,11 @@ class LawLearner(KernelSystem, Closing):
 
     Outputs, states, hence younger than the inputs:
 
-    - `model` (28): the message that is told (`mmt_drake.model_message`) [SI]; zeros as long as there is none.
+    - `model` (44): the message that is told (`mmt_drake.model_message`) [SI]; zeros as long as there is none.
     - `status` (1): counts of `mmt_drake.learning.answer.LearnerStatus`: 0 the numbers explain the contact, 1 a
-      diagnosis is under way, 2 laws are told, 3 what was found last is not to be felt, 4 what is left has no name so
-      far, 5 the diagnosis failed.
-    - `readout` (29 and the memory): both, then the memory.
+      diagnosis is under way, 2 laws, or what the force sensor adds, are told, 3 what was found last is not to be felt,
+      4 what is left has no name so far, 5 the diagnosis failed.
+    - `readout` (45 and the memory): both, then the memory.
 
     Args:
         options: how it goes about it.
@@ -99,6 +100,11 @@ class LawLearner(KernelSystem, Closing):
         """End the process of its looks; may be called again."""
         self._looks.close()
 
+    def answered_by(self, looks: Looks) -> None:
+        """Ask somebody else, before a run begins."""
+        self._looks.close()
+        self._looks = looks
+
     def _step(self, t: float, memory: Array, *inputs: Array) -> None:
         measurement, contact, *_ = inputs
         count = int(memory[_COUNT])
@@ -115,11 +121,12 @@ class LawLearner(KernelSystem, Closing):
         _, _, theta, model_status, left = self.inputs_at(context)
         memory = state.get_mutable_discrete_state().get_mutable_value()
         seen: Watched = context.get_abstract_state(self._watched).get_value()
-        if memory[_BROKEN] != 0.0 or model_status[0] == ModelStatus.CHANGED:
+        seen = seen.touching(model_status[0] == ModelStatus.CHANGED)
+        if memory[_BROKEN] != 0.0:
             seen = seen.anew()
         rows = memory[_ROWS : _ROWS + int(memory[_COUNT]) * ROW].reshape(-1, ROW).copy()
         memory[_BROKEN] = memory[_COUNT] = 0.0
-        seen = seen.seeing(Piece.of(rows, left[0]), self._sample, self._options)
+        seen = seen.seeing(Piece.of(rows, left[0], seen.changed), self._sample, self._options)
         seen = self._gone_on(seen, context.get_time(), theta, left[0])
         memory[_MODEL] = 0.0 if seen.message is None else seen.message.vector()
         memory[_STATUS] = seen.status
@@ -137,7 +144,8 @@ class LawLearner(KernelSystem, Closing):
         seen = seen.judged(left, options)
         if left <= options.doubt or not seen.pieces:
             return seen
-        question = Question(tuple(piece.rows for piece in window), self._sample, theta.copy(), t, left)
+        rows, changed = tuple(piece.rows for piece in window), any(piece.changed for piece in window)
+        question = Question(rows, self._sample, theta.copy(), t, left, changed)
         self._looks.ask(question)
         return seen.asking(question)
 

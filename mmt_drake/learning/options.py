@@ -24,7 +24,7 @@ class Learning(Checked):
     """
 
     window: Annotated[float, Quantity("s", 3.0, 60.0)] = 8.0
-    doubt: Annotated[float, Quantity("1", 1.0, 100.0)] = 1.5
+    doubt: Annotated[float, Quantity("1", 1.0, 100.0)] = 1.3
     delay: Annotated[float, Quantity("s", 0.1, 600.0)] = 20.0
     sample: Annotated[float, Quantity("s", 1e-4, 0.01)] = 0.002
 

@@ -10,7 +10,7 @@ import numpy as np
 from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
-from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array
 
 _MOST: Final = 3
@@ -30,16 +30,18 @@ class Piece:
         rows: (n, ROW) samples.
         left: what the estimator left of the latest contact then, over its noise.
         touching: how many of them are of contact.
+        changed: whether the estimator took the object for another one then.
     """
 
     rows: Array
     left: float
     touching: int
+    changed: bool = False
 
     @classmethod
-    def of(cls, rows: Array, left: float) -> Self:
+    def of(cls, rows: Array, left: float, changed: bool = False) -> Self:
         """Of samples (n, ROW)."""
-        return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)))
+        return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)), changed)
 
 
 @dataclass(frozen=True)
@@ -47,12 +49,15 @@ class Watched:
     """The state of a learner; never changed.
 
     Attributes:
-        pieces: of a contact without a gap, with one object.
+        pieces: of a contact without a gap. An object whose law nobody knows is taken for another one now and then, so
+            they are kept then; but only what explains all of it is told of such a contact.
         windows: that are looked at together the next time.
         question: that is not answered yet.
         message: that was told last; None: none was.
         status: what the learner is about.
         before: what was left when the laws that are told were asked for; NaN: that has been looked into.
+        thing: the object that is touched; a later one has a greater number.
+        changed: whether the estimator says that it is another one.
     """
 
     pieces: tuple[Piece, ...] = ()
@@ -61,6 +66,8 @@ class Watched:
     message: ModelMessage | None = None
     status: LearnerStatus = LearnerStatus.WATCHING
     before: float = math.nan
+    thing: int = 0
+    changed: bool = False
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
@@ -73,8 +80,18 @@ class Watched:
         return replace(self, pieces=kept)
 
     def anew(self) -> Self:
-        """Without what was seen: it was of another object, or time broke off."""
+        """Without what was seen: time broke off, or it has been looked into."""
         return replace(self, pieces=())
+
+    def touching(self, changed: bool) -> Self:
+        """Where the estimator says that the object is another one, or does not (any more).
+
+        Laws stay, with which the estimator knows it again.
+        """
+        if not changed or self.changed:
+            return replace(self, changed=changed)
+        other = replace(self, thing=self.thing + 1, changed=True)
+        return other if self.message is None else other._telling(UNKNOWN_THETA, self.laws, self.message.sensor)
 
     def window(self, sample: float, options: Learning) -> tuple[Piece, ...]:
         """The latest pieces that hold as much contact as is to be looked at; none: there is not so much."""
@@ -100,21 +117,21 @@ class Watched:
         more = replace(self, question=None, windows=min(self.windows + 1, _MOST))
         if answer is None:
             return replace(more, status=LearnerStatus.FAILED).anew()
-        if not answer.settled:  # what was seen meanwhile counts the next time
+        partly = answer.tells and question.changed and answer.verdict != "missing_physics"
+        if not answer.settled or partly:  # what was seen meanwhile counts the next time
             return replace(more, status=answer.status)
-        if not (answer.laws or self.laws) or (answer.laws and not doubtful):
+        if not (answer.tells or self.tells) or (answer.tells and not doubtful):
             return replace(more, status=self.standing).anew()
-        message = ModelMessage(answer.theta, answer.laws, number=self._number)
-        before = question.left if answer.laws else math.nan
-        return replace(more, windows=1, before=before, message=message, status=answer.status).anew()
+        told = more._telling(answer.theta, answer.laws, answer.sensor)
+        before = question.left if answer.tells else math.nan
+        return replace(told, windows=1, before=before, status=answer.status).anew()
 
     def judged(self, left: float, options: Learning) -> Self:
         """After a window of contact with the laws that are told: they leave again if they do not earn their place."""
-        if math.isnan(self.before) or not self.laws:
+        if math.isnan(self.before) or not self.tells:
             return self
         if left > options.doubt and left > _EARNS * self.before:
-            message = ModelMessage(UNKNOWN_THETA, number=self._number)
-            gone = replace(self, message=message, windows=min(self.windows + 1, _MOST))
+            gone = replace(self._telling(UNKNOWN_THETA), windows=min(self.windows + 1, _MOST))
             return replace(gone, before=math.nan, status=LearnerStatus.CANNOT_TELL).anew()
         return replace(self, before=math.nan)
 
@@ -124,13 +141,21 @@ class Watched:
         return () if self.message is None else self.message.effects
 
     @property
-    def standing(self) -> LearnerStatus:
-        """What it is about where nothing is new."""
-        return LearnerStatus.TOLD if self.laws else LearnerStatus.WATCHING
+    def tells(self) -> bool:
+        """Whether laws, or what the force sensor adds, are told."""
+        return self.message is not None and bool(self.laws or any(self.message.sensor))
 
     @property
-    def _number(self) -> int:
-        return 1 if self.message is None else self.message.number + 1
+    def standing(self) -> LearnerStatus:
+        """What it is about where nothing is new."""
+        return LearnerStatus.TOLD if self.tells else LearnerStatus.WATCHING
+
+    def _telling(
+        self, theta: tuple[float, ...], laws: tuple[ToldEffect, ...] = (), sensor: SensorError = NO_ERROR
+    ) -> Self:
+        """With the next message."""
+        number = 1 if self.message is None else self.message.number + 1
+        return replace(self, message=ModelMessage(theta, laws, self.thing, number, sensor))
 
 
 def left_of(window: Sequence[Piece]) -> float:

@@ -270,8 +270,8 @@ def render_on(
         out[:_MEMORY] = 0.0
         out[_STATUS] = status
         return
-    align(state, p, target)
     box.force_on_probe(state, p, jump)
+    align(state, p, target)
     share, now[_RESERVE] = updates.take_up(state, p, target, now[_RESERVE], rule, force)
     box.force_on_probe(state, p, force)
     now[_RESERVE] = bring(state, p, held, since, distance(force, jump), now[_RESERVE], rule, force)

@@ -12,6 +12,7 @@ from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, THING, drop_laws, meet, render_on
 from mmt_drake.rendering.laws import felt_by_bytes
+from mmt_drake.rendering.structures import RenderedStructure, rendered_as
 from mmt_drake.rendering.updates import Policy, renderer_rules
 from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.told_laws import NO_LAWS, NUMBER, told_by
@@ -70,7 +71,7 @@ class ImpedanceRenderer(KernelSystem):
     - `facet` (4): the plane that touches the surface under the probe: outward unit normal n, and n · x of its points
       [m]; zeros: the last one. The contact then acts in its frame (`mmt_drake.model.local_contact`). May stay
       unconnected, and then the surface is level, z = 0.
-    - `model` (28): the latest message of the estimator (`mmt_drake.model_message`) [SI], of which named laws are taken;
+    - `model` (44): the latest message of the estimator (`mmt_drake.model_message`) [SI], of which named laws are taken;
       zeros: none yet. They act where the surface stays and nothing slips on it. May stay unconnected, and then those
       of the option `model` act.
     - `thing` (1): identity of the object that the hand is over [1]; each other one begins at rest, with the theta that
@@ -96,9 +97,12 @@ class ImpedanceRenderer(KernelSystem):
         carried: whether the body carries the surface along; else it stays (`mmt_drake.surfaces.Shape`).
         mu: friction of the probe on the surface; None: it never slips.
         model: the message whose laws act where the port of that name stays unconnected; None: no laws.
+        structure: as what theta is rendered (`mmt_drake.rendering.structures`); any other than a flexible box has no
+            laws, and is held where it was touched.
 
     Raises:
-        BadInput: a period that is not positive or less than one substep; no such way of having the probe, or friction.
+        BadInput: a period that is not positive or less than one substep; no such way of having the probe, friction or
+            structure.
     """
 
     def __init__(
@@ -112,10 +116,13 @@ class ImpedanceRenderer(KernelSystem):
         carried: bool = False,
         mu: float | None = None,
         model: ModelMessage | None = None,
+        structure: RenderedStructure = "flexible_box",
     ) -> None:
         super().__init__()
-        if probe not in get_args(ProbeInput):
-            raise BadInput("renderer", at="probe", found=probe, expected=f"one of {', '.join(get_args(ProbeInput))}")
+        for at, found, known in (("probe", probe, ProbeInput), ("structure", structure, RenderedStructure)):
+            if found not in get_args(known):
+                raise BadInput("renderer", at=at, found=found, expected=f"one of {', '.join(get_args(known))}")
+        self._structure: RenderedStructure = structure
         self._placed = probe == "placed"
         self._sure, self._unsure = renderer_rules(updates, period, substeps, in_plane)
         if mu is not None:
@@ -135,15 +142,16 @@ class ImpedanceRenderer(KernelSystem):
         hand = motion if hand is None else hand
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))
-        held = NO_REPORT if held is None else held
+        bare = self._structure != "flexible_box"
+        theta, held = rendered_as(self._structure, theta), NO_REPORT if held is None or bare else held
         rule = self._sure if model_status is None or model_status[0] == 0.0 else self._unsure
         given = memory, t, motion, hand, theta, stable[0], contact[0], rule, self._placed, held
-        laws = self._laws if model is None else felt_by_bytes(model.tobytes())
+        laws = self._laws if model is None or bare else felt_by_bytes(model.tobytes())
         fixed = (NO_PLANE, 1.0, math.inf) if told is None else (told, *self._fixed)
         try:
             render_on(*given, *fixed, laws, out)
         except RuntimeError:  # of kernels that cannot follow
-            bare = memory.copy()
-            if not drop_laws(bare, laws[NUMBER]):
+            without = memory.copy()
+            if not drop_laws(without, laws[NUMBER]):
                 raise
-            render_on(bare, *given[1:], *fixed, laws, out)
+            render_on(without, *given[1:], *fixed, laws, out)

@@ -61,7 +61,7 @@ class LiveView(LeafSystem):
     - `theta` (10): estimated parameters, eq. 7 and 8.
     - `stable` (1): 0 or 1, whether they are.
     - `model_status` (1): 0 where they explain the force; what else there is, see `OutputErrorEstimator`.
-    - `model` (28): the message that theta goes with [SI]; its laws are told in words.
+    - `model` (44): the message that theta goes with [SI]; its laws are told in words.
     - `learner_status` (1): counts what a learner is about, see `LawLearner`.
     - `carried` (5): what is carried [SI], as `LoadEstimator` tells it, in words.
     - `estimated_force` (3): what the estimator's model says [N].

@@ -14,7 +14,7 @@ from mmt_drake.estimation.output_error.gate import drop_laws, hand_over, initial
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, LearningSettings, Status
 from mmt_drake.estimation.output_error.learn import Learner
-from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_sought
+from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_told
 from mmt_drake.model.message_layout import MESSAGE_NUMBER
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
@@ -64,10 +64,12 @@ class OutputErrorEstimator(KernelSystem, Closing):
     it and of other things (`ProbeCompensation`), since only there is it seen to saturate or freeze; the measured force
     where it is not connected. They may be NaN, frozen, saturated, repeated or late: see `status`. `stamp` (1) [s]: when
     the operator sent the motion that the probe follows now, by the operator's clock; the Context's time where it is not
-    connected. `model` (28): the message [SI] whose laws act beside theta (`mmt_drake.model_message`); a later one
-    takes the place of the last, and of `effects` of the options. It is read once a period. `thing` (1) [1]: which of
-    several objects the probe is at, by its identity, 0 where nobody knows, and `scene` (54) [SI], what is seen of them
-    (`mmt_drake.cloud.scene_layout`): each then has a theta of its own, which is taken up again when it is met again.
+    connected. `model` (44): the message [SI] whose laws act beside theta (`mmt_drake.model_message`); a later one
+    takes the place of the last, and of `effects` of the options. It is read once a period. What it says that the force
+    sensor adds is taken off the measured force along x and y, a lag is where the fit of `force_lateness` begins.
+    `thing` (1) [1]: which of several objects the probe is at, by its identity, 0 where nobody knows, and `scene` (54) [SI],
+    what is seen of them (`mmt_drake.model.scene_layout`): each then has a theta of its own, which is taken up again
+    when it is met again.
 
     Outputs, all of them states, hence one step younger than the inputs:
 
@@ -77,7 +79,8 @@ class OutputErrorEstimator(KernelSystem, Closing):
     - `stable` (1): 1.0 where theta can be rendered, which is always: the prior can, and so whoever renders it knows
       where the object was before the first touch.
     - `estimated_force` (3) [N]: of the model, which runs freely along the measured motion; zero out of contact.
-    - `filtered_force` (3) [N]: the latest measured force that was believed, not filtered; what `estimated_force` is
+    - `filtered_force` (3) [N]: the latest measured force that was believed, not filtered, less what the sensor is told
+      to add; what `estimated_force` is
       held against.
     - `deviation` (10): standard deviations of theta, in its units [kg, N/m, N s/m, N, m/s]; where the motion does not
       excite a parameter, that of the prior.
@@ -94,7 +97,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
       first-order low pass, and their sum, which slow motion tells alone, 50 ms at most; then the standard deviations of
       these [s], too small for a time constant below some 2 ms.
       `estimated_force` is that of the object, which is not late.
-    - `model` (28): the message that theta goes with [SI]; zeros without laws.
+    - `model` (44): the message that theta goes with [SI]; zeros without laws.
     - `thing` (1): identity of the object that theta is of [1]; 0: nobody has said.
     - `readout` (50, a message and the memory, whose size depends on the options): the thirteen above in that order,
       then the memory.
@@ -208,7 +211,8 @@ def _refused(model: bytes) -> bool:
     """Whether a message in bytes is not to be taken up; zeros are none, and refused by nobody."""
     try:
         message = ModelMessage.from_vector(np.frombuffer(model))
-        check_sought(() if message is None else message.effects, "model message")
+        if message is not None:
+            check_told(message, "model message")
     except BadInput:
         return True
     return False

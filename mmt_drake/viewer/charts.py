@@ -10,7 +10,7 @@ import jinja2
 from mmt_drake.analysis.plotting import ESTIMATED, GREEN, MEASURED, RENDERED
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.wording import law_words
-from mmt_drake.model.message_layout import EFFECTS, ENTRY, MESSAGE
+from mmt_drake.model.message_layout import ENTRY, MESSAGE, OF_SENSOR, SENSOR
 from mmt_drake.model.parameters import THETA_UNITS
 from mmt_drake.model_message import code_of
 from mmt_drake.viewer.scene import LEGEND
@@ -85,7 +85,7 @@ _FORCES = {"true": "true_force", "estimated": "estimated_force", "measured": "fo
 _DRAWN = {"true": (GREEN, 5.0), "estimated": (ESTIMATED, 3.0), "measured": (MEASURED, 1.5), "rendered": (RENDERED, 1.5)}
 """Colour and width: where lines are one, all are seen, the first below."""
 _TOLD = ("in_contact", "theta_stable", "model_status", "learner_status")
-_LAWS = tuple(f"model_{name}" for name in MESSAGE[EFFECTS:])
+_LAWS = tuple(f"model_{name}" for name in MESSAGE[OF_SENSOR.start :])
 _CARRIED = ("carried_state", "carried_m")
 #: What a sample of a station holds: numbers in this order, NaN where one is not known.
 COLUMNS = (
@@ -131,7 +131,7 @@ def sample(time: float, values: Mapping[str, Sequence[float]]) -> list[float]:
     parts |= {label: values.get(name, _NOT_KNOWN[:3]) for label, name in _FORCES.items() if label != "measured"}
     ports = ("in_contact", "stable", *_TOLD[2:])
     told = [values.get(name, _NOT_KNOWN)[0] for name in ports]
-    laws = values.get("model", (math.nan,) * len(MESSAGE))[EFFECTS:]
+    laws = values.get("model", (math.nan,) * len(MESSAGE))[OF_SENSOR.start :]
     forces = (number for label in _FORCES for number in parts[label])
     held = values.get("carried", _NOT_KNOWN)[: len(_CARRIED)]
     return [time, *forces, *told, *values.get("theta", _NOT_KNOWN), *laws, *held]
@@ -150,6 +150,7 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
         loader=jinja2.PackageLoader("mmt_drake.viewer", "templates"), undefined=jinja2.StrictUndefined
     )
     contact, stable, model, learner = (panels.columns.index(name) if name in panels.columns else -1 for name in _TOLD)
+    told = _LAWS[0] in panels.columns
     settings = {
         "width": len(panels.columns),
         "contact": contact,
@@ -160,7 +161,8 @@ def page(notices: Sequence[str] = (), panels: Panels | None = None, *, replay: b
         "learners": LEARNER_WORDS,
         "carried": [panels.columns.index(name) for name in _CARRIED if name in panels.columns],
         "grips": CARRIED_WORDS,
-        "laws": [panels.columns.index(name) for name in _LAWS[::ENTRY] if name in panels.columns],
+        "laws": [panels.columns.index(name) for name in _LAWS[len(SENSOR) :: ENTRY] if name in panels.columns],
+        "sensor": {panels.columns.index(_LAWS[i]): law_words(LIBRARY[n]) for i, n in enumerate(SENSOR) if told},
         "effects": {f"{code_of(name):.0f}": law_words(effect) for name, effect in LIBRARY.items()},
         "shown": SHOWN_SECONDS,
         "charts": [asdict(chart) for chart in panels.charts],

@@ -5,7 +5,7 @@ import pytest
 
 from mmt_drake.analysis.learned import SETTLES_S, learned
 from mmt_drake.model.message_layout import MESSAGE
-from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.recording import Recording
 from mmt_drake.recording.two_recordings import DELAY
 
@@ -42,6 +42,14 @@ def test_the_error_before_and_after_a_law_is_told(delay: float) -> None:
         "told while it was felt: rendered force off by 10 %; from 5.00 s on nonlinear stiffness (k3 = 3e+06 N/m^3): 1 %"
     )
     assert found.to_json()["told"][0]["effects"] == [{"name": "nonlinear_stiffness", "parameters": {"k3": 3e6}}]
+
+
+def test_what_the_force_sensor_adds_is_told_with_the_laws() -> None:
+    message = ModelMessage(UNKNOWN_THETA, (CUBIC,), sensor=SensorError(gain=0.2))
+    found = learned(recording((5.0, message)))
+    assert found is not None and found.told[0].names == ("nonlinear_stiffness", "force_crosstalk")
+    assert "and force crosstalk (gain = 0.2): 1 %" in found.line()
+    assert found.to_json()["told"][0]["sensor"] == {"bias": 0.0, "rate": 0.0, "gain": 0.2, "tau": 0.0}
 
 
 def test_a_law_that_leaves_is_told_too_and_a_message_without_contact_after_it_has_no_error() -> None:

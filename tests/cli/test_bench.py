@@ -50,22 +50,22 @@ def test_a_figure_says_which_group_to_ask_for(capsys: pytest.CaptureFixture[str]
 
 def test_a_group_there_is_none_of_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "slow"]) == 2
-    assert (
-        capsys.readouterr().err
-        == "mmt-drake: bench: GROUP: found slow, expected quick or diagnosis or pacing or haptics or faults\n"
-    )
+    groups = "quick or diagnosis or pacing or haptics or learning or faults"
+    assert capsys.readouterr().err == f"mmt-drake: bench: GROUP: found slow, expected {groups}\n"
 
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["haptics", "--minutes", "1"], "--minutes: found bench haptics, expected bench pacing"),
-        (["faults", "--minutes", "1"], "--minutes: found bench faults, expected bench pacing"),
+        (["haptics", "--minutes", "1"], "--minutes: found bench haptics, expected bench pacing or learning"),
+        (["faults", "--minutes", "1"], "--minutes: found bench faults, expected bench pacing or learning"),
         (["pacing", "--minutes", "0"], "--minutes: found 0.0, expected more than 0"),
         (["pacing", "--minutes", "inf"], "--minutes: found inf, expected more than 0"),
     ],
 )
-def test_minutes_are_those_of_pacing(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_minutes_are_those_of_pacing_and_learning(
+    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["bench", *arguments]) == 2
     assert capsys.readouterr().err == f"mmt-drake: {told}\n"
 

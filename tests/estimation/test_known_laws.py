@@ -16,6 +16,7 @@ from mmt_drake.told_laws import told_by_bytes
 
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
 LATE_SPRING = ToldEffect("viscoelastic_relaxation", {"k_maxwell": 300.0, "tau": 0.1})
+AMONTONS = ToldEffect("load_dependent_friction", {"mu": 0.3})
 BRISTLES = ToldEffect("presliding_friction", {"sigma0": 2000.0, "sigma1": 0.0, "Fs": 0.4, "v_s": 0.01})
 
 
@@ -27,7 +28,7 @@ def found(effect: ToldEffect, *told: ToldEffect) -> tuple[Array, float]:
     return theta, free_running_error(theta, seen, laws=told_by_bytes(options.model.tobytes()))
 
 
-@pytest.mark.parametrize("effect", [CUBIC, LATE_SPRING, BRISTLES], ids=lambda effect: effect.name)
+@pytest.mark.parametrize("effect", [CUBIC, LATE_SPRING, AMONTONS, BRISTLES], ids=lambda effect: effect.name)
 def test_numbers_beside_a_known_law_are_found_and_the_force_is_the_object_s(effect: ToldEffect) -> None:
     theta, off = found(effect, effect)
     _, far_off = found(effect)

@@ -1,9 +1,12 @@
 """An estimator that is told another model of the object while it runs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from hand_and_box import OBJECT, Contact, contact
+from hand_and_box import OBJECT, Contact, contact, contact_motion, free_running_error
 
+from mmt_drake.diagrams.proof.experiments.tick_by_tick import foreign_force
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error import layout as at
 from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, settings, take_samples, tick
@@ -11,7 +14,7 @@ from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model_files import with_effects
-from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 
@@ -24,7 +27,9 @@ def stiffening() -> Contact:
     return contact(12.0, model=with_effects(OBJECT, [{"name": CUBIC.name, "parameters": CUBIC.parameters}], "test"))
 
 
-def told_at(seen: Contact, at_s: float, options: OutputErrorOptions) -> tuple[Knowledge, Array, list[float]]:
+def told_at(
+    seen: Contact, at_s: float, options: OutputErrorOptions, message: ModelMessage = MESSAGE
+) -> tuple[Knowledge, Array, list[float]]:
     """Knowledge in the end, the readout, and what was left fit by fit, of a contact of which it is told on its way."""
     learner, fixed = Learner(options), settings(options)
     known = learner.beginning()
@@ -34,7 +39,7 @@ def told_at(seen: Contact, at_s: float, options: OutputErrorOptions) -> tuple[Kn
         if k % every == 0:
             hand_over(readout, known.told)
             if seen.time[k] >= at_s:
-                known = learner.retold(known, MESSAGE.vector())
+                known = learner.retold(known, message.vector())
             known = learner.learned(known, *take_samples(readout, fixed))
             left.append(known.adequacy.left)
         sample = seen.measurement[k]
@@ -52,6 +57,52 @@ def test_numbers_come_right_soon_after_a_law_is_told(stiffening: Contact, window
     assert before > 2.5 and after < 1.7
     np.testing.assert_allclose(known.theta[:6], OBJECT.theta()[:6], rtol=0.05)
     np.testing.assert_array_equal(readout[at.MODEL], MESSAGE.vector())
+
+
+SENSORS = {
+    "bias": SensorError(bias=0.6),
+    "drift": SensorError(bias=-0.4, rate=0.1),
+    "crosstalk": SensorError(gain=0.2),
+    "all": SensorError(0.3, 0.04, 0.1),
+}
+
+
+@pytest.mark.parametrize("plant", ["own", "foreign"])
+@pytest.mark.parametrize("window", [30.0, 3.0], ids=["all of it", "a window that has let samples go"])
+@pytest.mark.parametrize("error", SENSORS.values(), ids=SENSORS.keys())
+def test_what_the_sensor_adds_is_taken_off_and_the_numbers_come_right(
+    error: SensorError, window: float, plant: str
+) -> None:
+    seen, normal = contact(10.0), slice(8, 9)
+    if plant == "foreign":
+        motion = np.hstack(contact_motion(len(seen.time)))
+        noise = seen.measurement[:, 6:] - seen.force
+        force = foreign_force(seen.time, motion, OBJECT)
+        seen = replace(seen, force=force, measurement=np.hstack([seen.measurement[:, :6], force + noise]))
+    wrong = seen.measurement.copy()
+    wrong[:, 6:8] += error.bias + error.rate * seen.time[:, np.newaxis] + error.gain * wrong[:, normal]
+    wrong_seen, options = replace(seen, measurement=wrong), OutputErrorOptions(window=window)
+    message = ModelMessage(UNKNOWN_THETA, sensor=error)
+    known, readout, _ = told_at(wrong_seen, 5.0, options, message)
+    untold, _, _ = told_at(wrong_seen, 99.0, options, message)
+    np.testing.assert_allclose(known.theta[:6], OBJECT.theta()[:6], rtol=0.06)
+    assert free_running_error(known.theta, seen) < 0.01 < 0.03 < free_running_error(untold.theta, seen)
+    np.testing.assert_allclose(readout[at.FILTERED], seen.measurement[-1, 6:], atol=1e-12)
+
+
+def test_a_lag_that_is_told_is_where_the_fit_of_it_begins() -> None:
+    learner = Learner(OutputErrorOptions())
+    lags = ModelMessage(UNKNOWN_THETA, sensor=SensorError(tau=0.03)).vector()
+    assert learner.retold(learner.beginning(), lags).lateness[:3].tolist() == [0.0, 0.03, 0.03]
+    with pytest.raises(BadInput, match=r"force_lag: found 0.08, expected 0.05 s at most"):
+        learner.retold(learner.beginning(), ModelMessage(UNKNOWN_THETA, sensor=SensorError(tau=0.08)).vector())
+
+
+def test_a_message_that_tells_the_same_of_another_object_changes_its_number_alone() -> None:
+    learner = Learner(OutputErrorOptions())
+    first = learner.retold(learner.beginning(), MESSAGE.vector())
+    again = ModelMessage(UNKNOWN_THETA, (CUBIC,), thing=1, number=4).vector()
+    assert learner.retold(first, again) == replace(first, model=again)
 
 
 def test_an_older_message_or_none_changes_nothing() -> None:

@@ -130,7 +130,7 @@ def test_who_knows_no_answer_of_a_process_finds_the_same_here() -> None:
     still = Question((np.zeros((1500, ROW)),), 0.002, np.array(NUMBERS), 3.0, 9.0)
     with Looks() as looks:
         found = looks.answer(still, here=True)
-    assert found == beside._answered(still.pieces, still.sample, still.theta)
+    assert found == beside._answered(*still.wording)
 
 
 def test_an_answer_crosses_the_line_whole() -> None:

@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
-from mmt_drake.model_message import ModelMessage, ToldEffect
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 
 OPTIONS = Learning(window=3.0)
+BIAS = SensorError(bias=0.4)
 SAMPLE = 0.01
 WINDOW = round(OPTIONS.window / SAMPLE)
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
@@ -54,6 +56,30 @@ def test_laws_that_are_named_are_told_with_their_numbers() -> None:
     told = asked().answered(NAMED, doubtful=True)
     assert told.message == ModelMessage(NUMBERS, (CUBIC,), number=1)
     assert told.status == LearnerStatus.TOLD and told.before == 9.0 and not told.pieces
+
+
+def test_what_the_force_sensor_adds_is_told_alone_and_leaves_as_laws_do() -> None:
+    told = asked().answered(LookResult("missing_physics", (), NUMBERS, sensor=BIAS), doubtful=True)
+    assert told.message == ModelMessage(NUMBERS, sensor=BIAS) and told.status == LearnerStatus.TOLD
+    gone = told.judged(5.0, OPTIONS)
+    assert gone.message is not None and not any(gone.message.sensor) and not gone.tells
+
+
+@pytest.mark.parametrize("verdict", ["missing_physics", "partly_explained"])
+def test_of_what_was_taken_for_two_objects_only_what_explains_all_is_told(verdict: Verdict) -> None:
+    one = asked()
+    assert one.question is not None
+    told = replace(one, question=replace(one.question, changed=True)).answered(replace(NAMED, verdict=verdict), True)
+    assert bool(told.laws) == (verdict == "missing_physics") and bool(told.pieces) != bool(told.laws)
+
+
+def test_another_object_has_a_greater_number() -> None:
+    told = asked().answered(replace(NAMED, sensor=BIAS), doubtful=True)
+    other = told.touching(True).touching(True)
+    assert other.thing == 1
+    assert other.message == ModelMessage(UNKNOWN_THETA, (CUBIC,), 1, 2, BIAS), "the sensor is the same"
+    assert other.touching(False).touching(True).thing == 2
+    assert Watched().touching(True).message is None
 
 
 def test_laws_do_not_enter_where_the_latest_contact_needs_none() -> None:

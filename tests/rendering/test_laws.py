@@ -9,9 +9,10 @@ from mmt_drake.model.body import AXIS_SIZE
 from mmt_drake.model.body import MEMORY as OF_BODY
 from mmt_drake.model.held_body import HELD_SIZE, NO_REPORT
 from mmt_drake.model.law_table import ENTRY, HEAD, MEMORY, SHARE, VALUES
+from mmt_drake.model.message_layout import EFFECTS
 from mmt_drake.model.parameters import KERNEL_SIZE, LAWS, BoxParameters, FlexibleBoxModel
 from mmt_drake.model_files import with_effects
-from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.model_message import UNKNOWN_THETA, VERSION, ModelMessage, ToldEffect
 from mmt_drake.numeric.vectors import UP
 from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, READOUT_SIZES, drop_laws, render_on
 from mmt_drake.rendering.laws import align, felt_by_bytes
@@ -140,7 +141,7 @@ def test_a_message_that_is_refused_leaves_the_last_good_one_and_says_why():
     motion, good = moving(500), told(7, CUBIC)
     vector = ModelMessage(UNKNOWN_THETA, effects=(ToldEffect(*CUBIC),), number=8).vector()
     active, unknown, newer = vector.copy(), vector.copy(), vector.copy()
-    active[15], unknown[14], newer[0] = -1e5, 12.0, 2.0
+    active[EFFECTS + 1], unknown[EFFECTS], newer[0] = -1e5, 12.0, VERSION + 1.0
     cases = [(active, NOT_FELT), (unknown, UNKNOWN_MODEL), (newer, UNKNOWN_MODEL)]
     cases = [(felt_by_bytes(bad.tobytes()), status) for bad, status in cases] + [(told(6), UNKNOWN_MODEL)]
     steady = Felt(AtOnce(), motion, good)

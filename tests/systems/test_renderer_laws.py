@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.stations.scenario import scenario_from
+from mmt_drake.diagrams.stations.scenario import load_scenario, scenario_from
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.rendering.status import RENDERING, TOO_FAST
+from mmt_drake.rendering.structures import COUPLING
 from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
 
 STEP = 1e-3
@@ -18,11 +19,11 @@ def told(name, values, number=1):
     return ModelMessage(UNKNOWN_THETA, effects=(ToldEffect(name, values),), number=number)
 
 
-def rendered(motion, message=None, **options):
+def rendered(motion, message=None, theta=THETA, **options):
     """(n, 4) force and status of every tick under a motion (n, 6) in contact."""
     system = ImpedanceRenderer(**options)
     context = system.CreateDefaultContext()
-    fixed = {"theta": THETA, "stable": [1.0], "in_contact": [1.0]}
+    fixed = {"theta": theta, "stable": [1.0], "in_contact": [1.0]}
     fixed |= {} if message is None else {"model": message.vector()}
     for name, value in fixed.items():
         system.GetInputPort(name).FixValue(context, value)
@@ -81,3 +82,35 @@ def test_a_scenario_says_which_laws_the_renderer_knows():
 def test_a_scenario_with_laws_that_are_not_to_be_felt_is_refused(effect, line):
     with pytest.raises(BadInput, match=line):
         scenario(renderer={"effects": [effect]})
+
+
+def test_a_spring_is_stiffness_times_the_way_from_where_it_was_touched_whatever_else_theta_says():
+    motion, k2, k = strokes(400), THETA[2], THETA[6]
+    found = rendered(motion, structure="spring")
+    np.testing.assert_allclose(found[:, 1], -k2 * (motion[:, 1] - motion[0, 1]), atol=1e-9)
+    np.testing.assert_allclose(found[:, 2], -k * motion[:, 2], atol=1e-9)
+
+
+def test_a_mass_spring_damper_is_its_equation_behind_the_virtual_coupling():
+    t, speed, stiff = np.arange(2000) * STEP, 0.05, 40.0
+    theta = THETA.copy()
+    theta[1] = stiff
+    found = rendered(strokes(len(t), speed), structure="mass_spring_damper", theta=theta)
+    m, b, s = theta[0], theta[3], 1j * speed / 0.01
+    K, B, Z = COUPLING**2 * m, 2.0 * COUPLING * m, m * s**2 + b * s + stiff
+    behind, bare = (np.imag(-0.01 * G * np.exp(s * t)) for G in ((K + B * s) * Z / (K + B * s + Z), Z))
+    settled = t > 0.5
+    np.testing.assert_allclose(found[settled, 1], behind[settled], atol=2e-3 * np.abs(bare).max())
+    np.testing.assert_allclose(found[settled, 1], bare[settled], atol=0.02 * np.abs(bare).max())
+
+
+@pytest.mark.parametrize("structure", ["mass_spring_damper", "spring"])
+def test_a_scenario_chooses_the_structure_and_none_but_the_flexible_box_has_laws(structure):
+    chosen = [f"renderer.structure={structure}"]
+    assert load_scenario("setup1", chosen).renderer.structure == structure
+    with pytest.raises(BadInput, match=r"renderer.structure: found " + structure):
+        load_scenario("setup1-learning", chosen)
+    with pytest.raises(BadInput, match="effects: found nonlinear_stiffness, expected none"):
+        load_scenario("setup1", [*chosen, "renderer.effects=[{name: nonlinear_stiffness, parameters: {k3: 3.0e6}}]"])
+    with pytest.raises(BadInput, match="structure"):
+        ImpedanceRenderer(structure="jelly")

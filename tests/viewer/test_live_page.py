@@ -17,7 +17,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.estimation.carried import GONE, SLIPS
 from mmt_drake.learning.answer import LearnerStatus
 from mmt_drake.model.parameters import THETA_UNITS
-from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.viewer import charts, serve
 from mmt_drake.viewer.viewer import Viewer
 
@@ -277,11 +277,15 @@ def test_nothing_else_listens(slider: Viewer) -> None:
 
 
 def test_a_law_that_is_told_stands_in_words_behind_its_code() -> None:
-    told = ModelMessage(UNKNOWN_THETA, (ToldEffect("nonlinear_stiffness", {"k3": 3e6}),))
+    law = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
+    told = ModelMessage(UNKNOWN_THETA, (law,), sensor=SensorError(bias=0.3))
     row = dict(zip(charts.COLUMNS, charts.sample(1.0, {"model": told.vector().tolist()}), strict=True))
     settings = json.loads(re.search(r"const settings = (\{.*\});", charts.page()).group(1))
     assert [charts.COLUMNS[at] for at in settings["laws"]] == ["model_effect1", "model_effect2"]
     assert settings["effects"][f"{row['model_effect1']:.0f}"] == ["nonlinear stiffness", "k3 = # N/m^3"]
+    sensor = {charts.COLUMNS[int(at)]: words for at, words in settings["sensor"].items()}
+    assert sensor["model_force_bias"] == ["force bias", "bias = # N"] and len(sensor) == 4
+    assert (row["model_force_bias"], row["model_force_lag"]) == (0.3, 0.0)
     assert row["model_effect1_1"] == 3e6 and row["model_effect2"] == 0.0
     assert len(settings["learners"]) == len(LearnerStatus)
 

@@ -34,8 +34,8 @@ def measurements(minutes: float = _MINUTES) -> Iterator[Measurement]:
     with Viewer(page()) as viewer:
         loops: dict[str, Callable[[], Pace]] = {
             "bare loop": lambda: bare_loop(_BESIDE * seconds),
-            "setup1 recorded": lambda: _station(seconds),
-            "setup1 recorded and shown": lambda: _station(_BESIDE * seconds, viewer),
+            "setup1 recorded": lambda: paced("setup1", seconds),
+            "setup1 recorded and shown": lambda: paced("setup1", _BESIDE * seconds, viewer=viewer),
         }
         rounds = [{name: loop() for name, loop in loops.items()} for _ in range(turns)]
     p99 = {}
@@ -70,11 +70,14 @@ def bare_loop(seconds: float) -> Pace:
     return pace
 
 
-def _station(seconds: float, viewer: Viewer | None = None) -> Pace:
+def paced(
+    scenario: str, seconds: float, changes: tuple[str, ...] | list[str] = (), viewer: Viewer | None = None
+) -> Pace:
+    """How a scenario with changes keeps pace with the wall clock for so long [s], recorded."""
     pace = Pace()
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "out.mcap"
-        station = build_station(load_scenario("setup1"), record=record, meshcat=viewer, pace=pace)
+        station = build_station(load_scenario(scenario, changes or []), record=record, meshcat=viewer, pace=pace)
         with real_time_process(ProcessOptions()):
             station.simulate(seconds, pace=pace)
     return pace

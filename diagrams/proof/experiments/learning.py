@@ -40,6 +40,8 @@ LAWS: Final[Mapping[str, Mapping[str, float]]] = {
     "quadratic_drag": {"c": 100.0},
 }
 """Passive laws that are felt, with values at which the numbers alone are noticeably off."""
+SENSOR: Final[Mapping[str, Mapping[str, float]]] = {"force_bias": {"bias": 0.5}, "force_crosstalk": {"gain": 0.2}}
+"""What a force sensor adds."""
 FOREIGN: Final[Mapping[str, Mapping[str, float]]] = {
     "nonlinear_stiffness": {"k3": 3.0e6},
     "hunt_crossley_damping": {"hunt_crossley": 300.0},
@@ -57,7 +59,8 @@ class LearningKind:
         plant: own or foreign.
         delay: of the network each way [s].
         first: laws that estimator and renderer are told at first.
-        motion: of the hand.
+        motion: of the hand: a scripted one, or a recording of a hand.
+        sensor: effects of the force sensor, which are to be taken off.
     """
 
     laws: tuple[str, ...]
@@ -65,11 +68,12 @@ class LearningKind:
     delay: float = 0.0
     first: tuple[str, ...] = ()
     motion: str = "strokes"
+    sensor: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
         """For a table."""
-        parts = [all_words(self.laws) or "none", self.plant]
+        parts = [all_words((*self.laws, *self.sensor)) or "none", self.plant]
         parts += [f"{1e3 * self.delay:g} ms"] if self.delay else []
         parts += [f"told {all_words(self.first)} at first"] if self.first else []
         parts += [self.motion] if self.motion != "strokes" else []
@@ -80,9 +84,14 @@ class LearningKind:
         random = np.random.default_rng((seed, number))
         factors = random.uniform(0.7, 1.4, len(OBJECT)) if number else np.ones(len(OBJECT))
         own = dict(zip(OBJECT, (factors * list(OBJECT.values())).tolist(), strict=True))
-        changes = {"seed": 1000 * seed + number, "operator.motion": self.motion, "environment.object.friction": None}
+        changes: dict[str, Any] = {"seed": 1000 * seed + number, "environment.object.friction": None}
+        if self.motion.startswith("builtin:"):
+            changes |= {"operator": {}, "operator.!": "Recorded", "operator.file": self.motion}
+        else:
+            changes["operator.motion"] = self.motion
         changes |= {f"environment.object.parameters.{symbol}": value for symbol, value in own.items()}
-        changes |= {"estimator.effects": told(self.first), "environment.object.effects": told(self.laws)}
+        has = (*self.laws, *self.sensor)
+        changes |= {"estimator.effects": told(self.first), "environment.object.effects": told(has)}
         changes |= {f"{way}.delay": self.delay for way in ("to_telerobot", "to_operator")}
         if self.plant == "foreign":
             own_names = {symbol: value for law in self.laws for symbol, value in FOREIGN[law].items()}
@@ -92,7 +101,7 @@ class LearningKind:
 
 def told(laws: Sequence[str]) -> list[dict[str, Any]]:
     """Laws as a scenario's file says them, with the values of `LAWS`."""
-    return [{"name": name, "parameters": LAWS[name]} for name in laws]
+    return [{"name": name, "parameters": {**LAWS, **SENSOR}[name]} for name in laws]
 
 
 KINDS: Final = (
@@ -104,7 +113,10 @@ KINDS: Final = (
     LearningKind((), first=("nonlinear_stiffness",)),
     LearningKind(("hunt_crossley_damping",), first=("nonlinear_stiffness",)),
     LearningKind(("nonlinear_stiffness",), delay=0.4),
-    LearningKind(("nonlinear_stiffness",), motion="reaches"),
+    *(LearningKind(("nonlinear_stiffness",), motion=motion) for motion in ("reaches", "builtin:hand_reaching")),
+    LearningKind(("hunt_crossley_damping",), motion="builtin:hand_reaching"),
+    *(LearningKind((), sensor=(name,)) for name in SENSOR),
+    LearningKind(("nonlinear_stiffness",), sensor=("force_bias",)),
 )
 
 
@@ -115,9 +127,9 @@ class LearningCase:
     Attributes:
         number: of the draw.
         kind: `LearningKind.label`.
-        laws: that the object has.
+        laws: that the object has, and effects that its force sensor has.
         plant: own or foreign.
-        told: laws of the last message.
+        told: laws of the last message, and effects of the force sensor.
         wrong: laws that were told after the first message and that the object has not.
         entered_s: contact when all its laws, and no others, were first told; None: they never were, or it has none.
         before, after: error of the rendered force along x and y, against the plant's without noise: until the first
@@ -146,8 +158,8 @@ def run_case(number: int, kind: LearningKind, seed: int) -> LearningCase:
 def _case(number: int, kind: LearningKind, recording: Recording) -> LearningCase:
     found = learned(recording)
     found = ToldLaws(None, ()) if found is None else found
-    messages = [tuple(sorted(effect.name for effect in model.effects)) for model in found.told]
-    laws, new = tuple(sorted(kind.laws)), messages[1:] if kind.first else messages
+    messages = [tuple(sorted(model.names)) for model in found.told]
+    laws, new = tuple(sorted((*kind.laws, *kind.sensor))), messages[1:] if kind.first else messages
     errors = [found.before, *(model.error for model in found.told)]
     right = [model.contact for model, names in zip(found.told, messages, strict=True) if names == laws and laws]
     return LearningCase(

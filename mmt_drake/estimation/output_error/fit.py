@@ -89,6 +89,7 @@ class Objective:
         pull: (UNKNOWNS,) slope of what is minimised beside, see `slope_of_noise`.
         untold: (UNKNOWNS,) kept as they are known: all that noise alone tells, of samples that tell nothing else.
         laws: (TOLD_SIZE,) beside the numbers that are sought (`mmt_drake.told_laws`).
+        normal: (2,) k and b of the normal axis, whose force is the load of laws.
         replays: of every object that was simulated.
     """
 
@@ -102,6 +103,7 @@ class Objective:
     pull: Array = field(default_factory=lambda: np.zeros(UNKNOWNS))
     untold: Flags = field(default_factory=lambda: np.zeros(UNKNOWNS, dtype=bool))
     laws: Array = field(default_factory=lambda: NO_LAWS)
+    normal: Array = field(default_factory=lambda: np.ones(2))
     replays: dict[tuple[bytes, Stick], ReplayedWindow] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -166,7 +168,7 @@ class Objective:
             return self.replays[key]
         window, n = self.window, len(self.window)
         p = np.zeros(VECTOR_SIZE)
-        theta = theta_of(x, stick, np.ones(2))
+        theta = theta_of(x, stick, self.normal)
         if not adopt_theta(theta, math.inf, LEAST_STEP, self.planar, p):
             raise MmtError("the object is too stiff for a fit")
         put_laws(self.laws, p)

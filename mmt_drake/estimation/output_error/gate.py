@@ -17,6 +17,7 @@ from mmt_drake.estimation.output_error.knowledge import Knowledge, Told
 from mmt_drake.estimation.output_error.layout import LearningSettings, Status
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.sample_validity import finish, frozen, jumped, touching
+from mmt_drake.estimation.output_error.sensor_error import read_too_much
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.message_layout import MESSAGE_NUMBER
@@ -162,8 +163,9 @@ def tick(
     if believed:
         assign(memory[at.GOOD : at.GOOD + 6], sample[:6])
         memory[at.SINCE_GOOD] = 0.0
+        too_much = read_too_much(readout[at.OF_SENSOR], t, sample[8])
         for i in range(3):
-            readout[at.FILTERED.start + i] = sample[6 + i]
+            readout[at.FILTERED.start + i] = sample[6 + i] - (too_much if i < 2 else 0.0)
         for i in range(9):
             memory[at.SUM + i] += sample[i]
         # The model waits while there is nothing to drive it, and then catches up.

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from mmt_drake.estimation.output_error.frozen_signal import SIZE as HISTORY_SIZE
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model import message_layout
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import FORCE_LATENESS, THETA
@@ -48,6 +49,7 @@ THETA_PART, REGROUPED, STABLE, ESTIMATED, FILTERED, DEVIATION, STATUS, HELD, MOD
 )
 RESIDUAL, LATE, MODEL, THING = _rest
 READOUT_SIZE = THING.stop
+OF_SENSOR = slice(MODEL.start + message_layout.OF_SENSOR.start, MODEL.start + message_layout.OF_SENSOR.stop)
 MEMORY = slice(READOUT_SIZE, None)
 
 # The memory.

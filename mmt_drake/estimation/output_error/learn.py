@@ -14,7 +14,8 @@ from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.fit import Objective, comparable
 from mmt_drake.estimation.output_error.knowledge import FIRST_NOISE, Knowledge
 from mmt_drake.estimation.output_error.meeting import first_guess, put_away
-from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_sought
+from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_told
+from mmt_drake.estimation.output_error.sensor_error import corrected
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
 from mmt_drake.estimation.output_error.trials import better_stick, start_elsewhere
 from mmt_drake.estimation.output_error.unknowns import (
@@ -29,7 +30,7 @@ from mmt_drake.estimation.output_error.unknowns import (
 )
 from mmt_drake.estimation.output_error.window import MOTION_GOOD, STAMP, Window
 from mmt_drake.model.held_body import NO_REPORT, report
-from mmt_drake.model.message_layout import MESSAGE_NUMBER
+from mmt_drake.model.message_layout import MESSAGE_NUMBER, OF_SENSOR
 from mmt_drake.model.plane_call import planar
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
@@ -97,6 +98,7 @@ class Learner:
             known = self._interrupted(known)
         if len(new) == 0:
             return known
+        new = corrected(new, known.model)
         if len(known.window) == 0:
             if known.interrupted:
                 new = new.copy()
@@ -131,13 +133,10 @@ class Learner:
         return first_guess(nothing, self._prior(nothing), thing, size, others)
 
     def retold(self, known: Knowledge, model: Array) -> Knowledge:
-        """Knowledge where the object is told to be of other laws: what it was taken for is no more believed.
+        """Knowledge where object or force sensor are told to be of other laws: the samples at hand are fitted anew.
 
-        The samples at hand are fitted anew with them. What older ones said was said of another model, and goes.
-
-        Args:
-            known: what there is.
-            model: (MESSAGE_SIZE,) of a later message than that of `known`; an older one changes nothing.
+        What older ones said was said of another model, and goes. An older message than that of `known` changes nothing,
+        one (MESSAGE_SIZE,) that tells the same of both its number alone.
 
         Raises:
             BadInput: the message is none, or tells a law that is not known or that cannot stand beside what is sought.
@@ -145,8 +144,11 @@ class Learner:
         message = ModelMessage.from_vector(model)
         if message is None or message.number <= known.model[MESSAGE_NUMBER]:
             return known
-        check_sought(message.effects, "model message")
-        window, start, memory = known.window, known.start, known.memory
+        check_told(message, "model message")
+        if np.array_equal(model[OF_SENSOR.start :], known.model[OF_SENSOR.start :], equal_nan=True):
+            return replace(known, model=model)
+        samples = corrected(known.window.samples, model, known.model)
+        window, start, memory = replace(known.window, samples=samples), known.start, known.memory
         if memory.matrix.any():  # where another model has left the body is not known that well
             window = window.shortened(0)
             window.weight[: round(_BEFORE_S / self.h)] = 0.0
@@ -154,6 +156,8 @@ class Learner:
         x, stick, theta = known.x, Stick(), np.array(message.theta)
         if np.isfinite(theta).all():
             x, stick = np.concatenate([unknowns(theta)[OBJECT], x[LATENESS]]), Stick.of(theta)
+        if message.sensor.tau > 0.0:
+            x = np.concatenate([x[OBJECT], [message.sensor.tau, 1.0]])
         anew = known.of_another(
             window=window, start=start, x=x, stick=stick, memory=memory, adequacy=Adequacy(), trusted=None, model=model
         )
@@ -207,6 +211,7 @@ class Learner:
             -float(np.count_nonzero(comparable(known.window, self.h)[:, :2])) / known.noise**2 * known.noise_slope,
             np.isfinite(known.noise_share) & known.rests,
             told_by_bytes(known.model.tobytes()),
+            known.normal,
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:

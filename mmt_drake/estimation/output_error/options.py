@@ -8,6 +8,7 @@ import numpy as np
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.output_error.lateness import LONGEST_S
 from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import InPlane
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
@@ -112,6 +113,17 @@ class OutputErrorOptions(Checked):
     def latency(self) -> float:
         """Time between fits, after which each is handed over [s]."""
         return self.samples_per_fit * self.interval
+
+
+def check_told(message: ModelMessage, source: str) -> None:
+    """Refuse a message that cannot be taken up: `check_sought`, or a force that lags more than any fit believes.
+
+    Raises:
+        BadInput: as it says.
+    """
+    check_sought(message.effects, source)
+    if message.sensor.tau > LONGEST_S:
+        raise BadInput(source, at="force_lag", found=message.sensor.tau, expected=f"{LONGEST_S:g} s at most")
 
 
 def check_sought(effects: Iterable[ToldEffect], source: str) -> None:

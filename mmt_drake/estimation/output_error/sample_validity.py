@@ -7,7 +7,7 @@ from numba import njit
 from mmt_drake.estimation.output_error import layout as at
 from mmt_drake.estimation.output_error.frozen_signal import band, begin_here, stood
 from mmt_drake.estimation.output_error.layout import LearningSettings, Status
-from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE, STAMP
+from mmt_drake.estimation.output_error.window import CONTACT, MOTION_GOOD, SAMPLE_SIZE, STAMP, TAKEN
 from mmt_drake.numeric.arrays import Array
 
 _MOVED = 5e-5  # [m] that the probe must have moved meanwhile
@@ -30,6 +30,7 @@ def finish(memory: Array, fixed: LearningSettings) -> None:
         row[i] = memory[at.SUM + i] / fixed.ticks
         memory[at.SUM + i] = 0.0
     row[CONTACT], row[STAMP] = memory[at.ACCEPTED], memory[at.STAMPED]
+    row[TAKEN] = memory[at.TIME] - 0.5 * (fixed.ticks - 1) * fixed.step
     row[MOTION_GOOD] = 1.0 if memory[at.OK] == 0.0 else 0.0
     for i in range(3):
         row[MOTION_GOOD + 1 + i] = 1.0 if memory[at.OK + 1 + i] == 0.0 else 0.0

@@ -20,6 +20,7 @@ _next = Layout()
 POSITION, VELOCITY, FORCE = map(_next.part, (3, 3, 3))
 CONTACT, MOTION_GOOD, FORCE_GOOD = _next(), _next(), _next.part(3)
 STAMP = _next()  # when the motion of its first tick was sent
+TAKEN = _next()  # the middle of its time, by the estimator's clock
 SAMPLE_SIZE = _next.size
 
 _SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface are not farther apart

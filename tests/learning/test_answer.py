@@ -1,0 +1,49 @@
+"""One look at a contact: whence its fits begin, and what of its answer is told."""
+
+import numpy as np
+import pytest
+
+from mmt_drake.errors import MmtError
+from mmt_drake.estimation.output_error.options import Prior
+from mmt_drake.learning import answer
+from mmt_drake.learning.answer import ROW, LookResult, look
+from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model_message import SensorError
+from mmt_drake.recording import Recording
+
+THETA = np.array([0.03, 0.0, 520.0, 66.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0])
+
+
+def asked(monkeypatch: pytest.MonkeyPatch, found: LookResult, fails: int) -> tuple[LookResult, list[FlexibleBoxModel]]:
+    """What a look of 3 s, whose first is free, makes of an answer that comes after so many failures; and its models."""
+    models: list[FlexibleBoxModel] = []
+
+    def diagnose(recordings: list[Recording], model: FlexibleBoxModel, executor: object) -> LookResult:
+        assert len(recordings[0]) == 1000 and recordings[0].time[0] == 0.0
+        models.append(model)
+        if len(models) <= fails:
+            raise MmtError("the simulation diverges at the start of a fit")
+        return found
+
+    monkeypatch.setattr(answer, "diagnose", diagnose)
+    monkeypatch.setattr(answer, "answer_of", lambda outcome: outcome)
+    rows = np.zeros((1500, ROW))
+    rows[500:, -1] = 1.0
+    return look(rows, 0.002, THETA, 10.0, None), models
+
+
+def test_a_look_begins_with_the_estimator_s_numbers_and_where_these_are_no_object_s_with_the_prior(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    _, models = asked(monkeypatch, LookResult("parameters"), fails=1)
+    assert [model.parameters.m for model in models] == [0.05, Prior().m]
+    assert models[0].parameters.k2 == 520.0 and models[1].parameters.k2 == Prior().k2
+    with pytest.raises(MmtError, match="diverges"):
+        asked(monkeypatch, LookResult("parameters"), fails=2)
+
+
+def test_a_drift_that_a_look_finds_is_told_by_the_clock_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    drifts = LookResult("missing_physics", sensor=SensorError(bias=0.5, rate=0.1))
+    found, _ = asked(monkeypatch, drifts, fails=0)
+    assert found.sensor.bias + 0.1 * 11.0 == pytest.approx(0.5), "the first sample of contact was taken at 11 s"
+    assert found.sensor.rate == 0.1
