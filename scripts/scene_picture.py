@@ -13,8 +13,8 @@ from matplotlib import pyplot as plt
 
 from mmt_drake.analysis.plotting import GREEN, ORANGE, RENDERED, SKY
 from mmt_drake.analysis.signals import delayed, stretches, vector
-from mmt_drake.cloud.scene_layout import MOST
 from mmt_drake.diagrams.stations.scenario import load_scenario
+from mmt_drake.model.scene_layout import MOST
 from mmt_drake.recording import load
 
 COLOURS = (SKY, ORANGE, GREEN)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from mmt_drake.cloud.scene_layout import SCENE_SIZE
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import THETA
+from mmt_drake.model.scene_layout import SCENE_SIZE
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario

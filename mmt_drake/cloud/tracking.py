@@ -18,9 +18,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.scene_layout import MOST, ROW, SCENE_SIZE, SeenState
 from mmt_drake.cloud.segment import above_table, registered, spacing_of, tops
 from mmt_drake.cloud.tracking_options import Tracking
+from mmt_drake.model.scene_layout import MOST, ROW, SCENE_SIZE, SeenState
 from mmt_drake.numeric.arrays import Array
 
 _COVERED = 0.25  # share of a top that a cluster of it covers at least

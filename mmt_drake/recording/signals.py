@@ -9,11 +9,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from mmt_drake.cloud.scene_layout import PLACES, SCENE, SCENE_UNITS
 from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_BODY
 from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model.parameters import FORCE_LATENESS, SLIDING_THETA, TANGENTIAL_THETA, THETA, THETA_UNITS
+from mmt_drake.model.scene_layout import PLACES, SCENE, SCENE_UNITS
 
 AXES = ("x", "y", "z")
 

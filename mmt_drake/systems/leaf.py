@@ -21,10 +21,10 @@ from pydrake.systems.framework import (
 )
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.scene_layout import SCENE_SIZE
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import THETA
+from mmt_drake.model.scene_layout import SCENE_SIZE
 
 INPUT_SIZES = {
     "motion": 6, "hand": 6, "commanded": 6, "intended": 6, "measurement": 9, "raw_measurement": 9, "position": 3,

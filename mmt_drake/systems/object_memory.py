@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
-from mmt_drake.cloud import scene_layout as at
 from mmt_drake.estimation.first_guess import SIZE, guess
+from mmt_drake.model import scene_layout as at
 from mmt_drake.model.parameters import THETA
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
@@ -122,7 +122,7 @@ class ObjectMemory(KernelSystem):
     Ports:
 
     - `thing` (1): identity of the object that the hand holds or is over [1]; 0: none, and the last one stays.
-    - `scene` (54): what is seen of the objects (`mmt_drake.cloud.scene_layout`) [SI], for their sizes.
+    - `scene` (54): what is seen of the objects (`mmt_drake.model.scene_layout`) [SI], for their sizes.
     - `told_thing` (1): whose theta has come [1]; 0: nobody's, and nothing is kept.
     - `theta` (10): what has come [SI], in the order of `mmt_drake.model.parameters.THETA`; and so put out.
     - `stable` (1): 1 where that may be rendered; else nothing is kept.

@@ -11,12 +11,12 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, State
 
 from mmt_drake.cloud import Cloud
-from mmt_drake.cloud.scene_layout import MOST
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model import on_table
 from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY
 from mmt_drake.model.parameters import FlexibleBoxModel, M
+from mmt_drake.model.scene_layout import MOST
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.flexible_box import SensorNoise, put_measurement

@@ -7,7 +7,6 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
 from mmt_drake.closing import Closing
-from mmt_drake.cloud.scene_layout import ACROSS, ALONG, HEIGHT, row_of
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.estimation.output_error.gate import drop_laws, hand_over, initial_readout, settings, take_samples, tick
@@ -16,6 +15,7 @@ from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, Learnin
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_told
 from mmt_drake.model.message_layout import MESSAGE_NUMBER
+from mmt_drake.model.scene_layout import ACROSS, ALONG, HEIGHT, row_of
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -67,9 +67,9 @@ class OutputErrorEstimator(KernelSystem, Closing):
     connected. `model` (44): the message [SI] whose laws act beside theta (`mmt_drake.model_message`); a later one
     takes the place of the last, and of `effects` of the options. It is read once a period. What it says that the force
     sensor adds is taken off the measured force along x and y, a lag is where the fit of `force_lateness` begins.
-    `thing` (1) [1]: which of several objects the probe is at, by its identity, 0 where nobody knows, and `scene` (54) [SI],
-    what is seen of them (`mmt_drake.model.scene_layout`): each then has a theta of its own, which is taken up again
-    when it is met again.
+    `thing` (1) [1]: which of several objects the probe is at, by its identity, 0 where nobody knows, and `scene` (54)
+    [SI], what is seen of them (`mmt_drake.model.scene_layout`): each then has a theta of its own, which is taken up
+    again when it is met again.
 
     Outputs, all of them states, hence one step younger than the inputs:
 

@@ -4,10 +4,10 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
-from mmt_drake.cloud.scene_layout import SCENE_SIZE
 from mmt_drake.cloud.tracking import SeenScene, tracked
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.errors import check_number
+from mmt_drake.model.scene_layout import SCENE_SIZE
 from mmt_drake.systems.leaf import LeafSystem
 
 
@@ -30,7 +30,7 @@ class SceneTracker(LeafSystem):
 
     - `position` (3): of the probe's tip [m], to tell it from an object and to know what it hides.
     - `point_cloud` (abstract, `Cloud`): the table and what stands on it; or the tops alone.
-    - `scene` (54): a row for each object that is or was there, as `mmt_drake.cloud.scene_layout.ENTRY` [SI]; zeros: no
+    - `scene` (54): a row for each object that is or was there, as `mmt_drake.model.scene_layout.ENTRY` [SI]; zeros: no
       more.
     - `objects` (abstract, `mmt_drake.cloud.tracking.SeenScene`): the same, with the points of each.
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
-from mmt_drake.cloud import scene_layout as at
 from mmt_drake.cloud.facet import FACET_SIZE
+from mmt_drake.model import scene_layout as at
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -76,7 +76,7 @@ class TouchedObject(KernelSystem):
     Ports (table frame):
 
     - `position` (3): of the tip [m].
-    - `scene` (54): what is seen of the objects (`mmt_drake.cloud.scene_layout`) [SI].
+    - `scene` (54): what is seen of the objects (`mmt_drake.model.scene_layout`) [SI].
     - `in_contact` (1): 1 where the tip holds an object.
     - `thing` (1): identity of the one that it holds, else of the one under it [1]; 0: none.
     - `clearance` (1): height of the tip above the top of that [m]; -inf: there is none.

@@ -8,7 +8,7 @@ import numpy as np
 
 from mmt_drake.analysis.plotting import GREEN, MEASURED, ORANGE, PURPLE, RED, RENDERED, SKY
 from mmt_drake.cloud import Cloud, ProxySettings
-from mmt_drake.cloud.scene_layout import ACROSS, ALONG, HEIGHT, STATE, THING, TOP, SeenState, X, Y, rows
+from mmt_drake.model.scene_layout import ACROSS, ALONG, HEIGHT, STATE, THING, TOP, SeenState, X, Y, rows
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.clouds import thinned
 from mmt_drake.viewer.shapes import box, cylinder, rgb, sphere

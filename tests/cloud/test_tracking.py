@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from mmt_drake.cloud import scene_layout as at
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.scene_layout import SeenState
 from mmt_drake.cloud.segment import registered
 from mmt_drake.cloud.tracking import SeenScene, SeenThing, tracked
 from mmt_drake.cloud.tracking_options import Tracking
+from mmt_drake.model import scene_layout as at
+from mmt_drake.model.scene_layout import SeenState
 from mmt_drake.numeric.arrays import Array
 
 TABLE, STEP, SPACING = -0.06, 1.0 / 15.0, 0.004

@@ -23,8 +23,12 @@ def touches(z):
 @pytest.mark.parametrize("name", SCRIPTED)
 def test_hand_stays_within_its_workspace_and_speed(name):
     _, position, velocity = sampled(name)
-    assert np.abs(position[:, :2]).max() < 0.1
     assert np.linalg.norm(velocity, axis=1).max() < 1.0
+    if name == "visits":  # to three objects, of which the lowest is 20 mm lower
+        assert np.abs(position[:, :2]).max() < 0.2
+        assert -0.030 <= position[:, 2].min() <= -0.022 and position[:, 2].max() <= 0.0155
+        return
+    assert np.abs(position[:, :2]).max() < 0.1
     assert -0.010 <= position[:, 2].min() <= -0.002  # pressed by millimetres
     assert position[:, 2].max() <= 0.0105
 

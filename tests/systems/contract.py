@@ -16,7 +16,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, PortDataType, System
 
 from mmt_drake.cloud import Cloud, plane
-from mmt_drake.cloud.scene_layout import MOST, ROW, SeenState
+from mmt_drake.model.scene_layout import MOST, ROW, SeenState
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 
 PERIOD = 1e-3

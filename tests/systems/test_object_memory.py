@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.cloud.scene_layout import MOST, ROW, SeenState
 from mmt_drake.model.parameters import THETA
+from mmt_drake.model.scene_layout import MOST, ROW, SeenState
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.object_memory import ObjectMemory

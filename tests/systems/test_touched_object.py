@@ -5,7 +5,7 @@ import math
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from mmt_drake.cloud.scene_layout import MOST, ROW, SCENE_SIZE, STATE, TOP, SeenState
+from mmt_drake.model.scene_layout import MOST, ROW, SCENE_SIZE, STATE, TOP, SeenState
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.touched_object import TouchedObject
 

@@ -16,8 +16,6 @@ from mmt_drake.analysis.metrics import FIRST_S
 from mmt_drake.analysis.passivity import passivity
 from mmt_drake.analysis.signals import delayed, stretches, vector
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.cloud import scene_layout as at
-from mmt_drake.cloud.scene_layout import SeenState
 from mmt_drake.diagrams.proof.experiments.targets import (
     ENERGY_GIVEN,
     IDENTITY_LOST,
@@ -33,6 +31,8 @@ from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.several import SeveralObjects
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.model import scene_layout as at
+from mmt_drake.model.scene_layout import SeenState
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording, load
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mmt_drake.cloud.scene_layout import ROW, SeenState
 from mmt_drake.diagrams.proof.experiments.scene import IdentityWatch, SceneCase, Visit, latest, report_of
+from mmt_drake.model.scene_layout import ROW, SeenState
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 
