@@ -153,7 +153,7 @@ READS: Final = {
     "telerobot.commanded": "commanded",
     "telerobot.force": "measurement[6:9]",
     "telerobot.remote_energy": "energy_to_telerobot.received",
-    **{f"renderer.{name}": f"to_operator.{name}" for name in RETURNED},
+    **{f"renderer.{name}": f"to_operator.{name}" for name in RETURNED if name != "carried"},
     "arm_model.commanded": "felt",
     "arm_model.force": "renderer.force",
     "renderer.motion": "touching",
