@@ -162,7 +162,7 @@ READS: Final = {
     "telerobot.commanded": "commanded",
     "telerobot.force": "measurement[6:9]",
     "telerobot.remote_energy": "energy_to_telerobot.received",
-    **{f"renderer.{name}": f"to_operator.{name}" for name in RETURNED},
+    **{f"renderer.{name}": f"to_operator.{name}" for name in RETURNED if name != "carried"},
     "renderer.theta": "memory.theta | to_operator.theta",
     "renderer.stable": "memory.stable | to_operator.stable",
     "renderer.model_status": "memory.model_status | to_operator.model_status",

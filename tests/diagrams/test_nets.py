@@ -19,7 +19,7 @@ from mmt_drake.errors import BadInput
 # What a simulated station has not: ports of devices, of a link, and of a run in real time or with a viewer.
 ELSEWHERE = re.compile(
     r"(link|pace|switch|limiter|while_well|hand_age|arm_age|camera_age|announcer|arm_announcer|live_view)\."
-    r"|operator\.(ages|status|switches|applied_force)$|arm\.(age|switches|device)$"
+    r"|operator\.(ages|status|switches|applied_force|grip)$|arm\.(age|switches|device)$"
 )
 
 
