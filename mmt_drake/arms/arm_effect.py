@@ -39,6 +39,7 @@ class ArmEffect:
         replaces: the part of a joint that one law alone may have; empty: it stands beside others.
         equation, source: for people.
         near_equal: effect -> where logs hardly tell it from this one.
+        axis: none; effects of a contact have one.
     """
 
     name: str
@@ -58,6 +59,7 @@ class ArmEffect:
     holds: tuple[str, ...] = ()
     replaces: str = ""
     near_equal: Mapping[str, str] = field(default_factory=dict)
+    axis: str = ""
 
 
 def of_library(

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy import signal
+from threadpoolctl import threadpool_limits
 
 from mmt_drake.arms.arm_file import INERTIA, INERTIA_UNITS, ArmModel, JointEffect
 from mmt_drake.arms.base_parameters import BaseStructure
-from mmt_drake.arms.beliefs import Believed, settled
+from mmt_drake.arms.beliefs import AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, Believed, settled
 from mmt_drake.arms.believed import check_places
 from mmt_drake.arms.consistency import nearest_consistent
 from mmt_drake.arms.forward import forward
@@ -33,9 +35,12 @@ from mmt_drake.arms.verdict import (
 )
 from mmt_drake.arms.wording import summary
 from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart
+from mmt_drake.diagnosis.search.watch import OnAnswer, OnStage, Watch
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 
+SEARCHING = 0.6
+"""Share of the time budget for the search; the rest is for how sure its names are."""
 EXPLAINED = 0.02
 """Of the mismatch may be nameless where it is said to be explained ..."""
 PARTLY = 0.2
@@ -50,43 +55,63 @@ NOISE_ALONE = 1.5
 
 
 def diagnose_arm(
-    logs: Sequence[JointLog], model: ArmModel, *, on_stage: Callable[[str], None] = lambda _: None
+    logs: Sequence[JointLog],
+    model: ArmModel,
+    *,
+    on_stage: OnStage = lambda _: None,
+    on_answer: OnAnswer = lambda _: None,
+    time_budget: float = math.inf,
 ) -> ArmDiagnosis:
     """Say whether a model explains logs of an arm, and if not, what physics it leaves out.
 
     Args:
         logs: of one arm.
         model: what the simulation believes in.
-        on_stage: called with what is being done.
+        on_stage: called with what is being done, and what comes after it.
+        on_answer: called once, with what is known when every joint has been searched beside the links as they are.
+        time_budget: how long it may look for effects [s]; what it had no time for is listed (`ArmDiagnosis.untried`).
+            Every joint is searched beside the links as they are, however long that takes.
 
     Raises:
         BadInput: the logs are none of this arm, too short, or nothing moves in them.
+        KeyboardInterrupt: its text is what was known by then.
     """
-    begun = time.perf_counter()
     if not logs:
         raise BadInput("recordings", found="none", expected="one or more logs of joints")
+    watch = Watch(_STAGES, on_stage, time_budget, on_answer)
+    with threadpool_limits(limits=1, user_api="blas"):  # matrices are small: threads would only wait for each other
+        try:
+            return _diagnosed(logs, model, watch)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(watch.so_far) from None
+
+
+def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDiagnosis:
+    begun = time.perf_counter()
     arm = ArmPlant.of(model)
     check_places(arm, model)
-    on_stage("motion and regressor")
+    watch.begin(_MOTION)
     problem = arm_problem(arm, model, logs)
-    found, tried = settled(problem, on_stage)
+    noise = np.mean([_noise(log, model.band_hz) for log in logs], axis=0)
+    with watch.within(SEARCHING):
+        found, tried = settled(problem, watch, noise)
     found = without_idle_numbers(found)
     every = list(range(len(problem.starts)))
-    on_stage("numbers that a real arm can have")
+    watch.begin(_CONSISTENT)
     links, whole = _consistent(found.fit, found.fit.fitted(every), every)
     while (idle := forbidden(found, whole)) is not None:  # beside links that a real arm can have
         found = without(found, *idle)
         links, whole = _consistent(found.fit, found.fit.fitted(every), every)
     x, half = found.fit.fitted(problem.inner), found.fit.deviations(found.fit.fitted(every), every)
-    on_stage("how sure each name is")
-    told = {j: certainty(problem, found, j) for j in found.sets}
+    watch.begin(_SURE)
+    told = {j: certainty(problem, found, j, watch) for j in found.sets}
     refits = [b for b in tried if b.fit.belief.name == "refit"]
-    links_alone = replace(min(refits, key=lambda b: b.cost).fit, sets={})
+    links_alone = replace(min(refits or tried, key=lambda b: b.cost).fit, sets={})
     refit = links_alone.errors(links_alone.fitted(problem.inner), problem.outer)
-    noise = np.mean([_noise(log, model.band_hz) for log in logs], axis=0)
     joints = tuple(
         _joint(found.fit, x, j, told.get(j, []), float(refit[j]), float(noise[j])) for j in range(len(arm.joints))
     )
+    joints = joints if refits else tuple(replace(joint, refit=None) for joint in joints)
     budget = _whole_budget(joints)
     effects = _effects(arm, model, found, tried, told, whole, half, joints, budget)
     augmented = model.with_found(_merged(arm, model, found.fit, whole), links)
@@ -94,9 +119,13 @@ def diagnose_arm(
     parameters, untold = _parameters(found.fit, links, whole, half, every)
     left = np.array([joint.augmented * joint.spread for joint in joints])
     base = BaseStructure.of(arm, problem.nominal).told([ArmMotion.of(log, model.band_hz) for log in logs], left)
-    on_stage("simulation forward")
+    watch.begin(_AHEAD)
     held_out = [(a, b) for a, b, log in problem.starts[problem.outer] if log == 0.0]
-    ahead = forward(model, logs[0], held_out), forward(augmented, logs[0], held_out)
+    ahead = None
+    if watch.is_late():
+        watch.miss([_AHEAD])
+    else:
+        ahead = forward(model, logs[0], held_out), forward(augmented, logs[0], held_out)
     diagnosis = ArmDiagnosis(
         verdict,
         "",
@@ -113,8 +142,14 @@ def diagnose_arm(
         found.fit.belief.name,
         _notes(found, problem),
         base,
+        watch.missed,
     )
     return replace(diagnosis, summary=summary(diagnosis))
+
+
+_MOTION, _CONSISTENT = "motion and regressor", "numbers that a real arm can have"
+_SURE, _AHEAD = "how sure each name is", "windows of forward simulation"
+_STAGES = (_MOTION, AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, _CONSISTENT, _SURE, _AHEAD)
 
 
 def _noise(log: JointLog, band_hz: float) -> Array:

@@ -55,7 +55,8 @@ class JointReport:
         name: of the joint.
         moves: whether it did.
         spread: standard deviation of its torque [N m].
-        nominal, refit, augmented: RMS error of the torque over its spread, blocks that no choice has seen.
+        nominal, refit, augmented: RMS error of the torque over its spread, blocks that no choice has seen; `refit` None
+            where there was no time for it.
         noise: the same of the noise of the torque.
         budget: whose the mismatch is.
     """
@@ -64,7 +65,7 @@ class JointReport:
     moves: bool
     spread: float
     nominal: float
-    refit: float
+    refit: float | None
     augmented: float
     noise: float
     budget: tuple[BudgetPart, ...]
@@ -91,6 +92,7 @@ class ArmDiagnosis:
         believed: the belief about the links that was taken: none, refit, payload, ...
         notes: sentences that go with it.
         base: what the motion tells of the inertial numbers.
+        untried: what there was no time for.
     """
 
     verdict: str
@@ -108,6 +110,7 @@ class ArmDiagnosis:
     believed: str = "none"
     notes: tuple[str, ...] = field(default=())
     base: BaseParameters | None = None
+    untried: tuple[str, ...] = ()
 
 
 def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
@@ -165,6 +168,7 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
         ],
         "forward": _forward(diagnosis),
         "fit": {"heldout_s": [[a, b] for a, b, _ in diagnosis.heldout_s], "band_hz": diagnosis.model.band_hz},
+        "untried": list(diagnosis.untried),
         "notes": list(diagnosis.notes),
         "recordings": list(diagnosis.recordings),
         "seconds": diagnosis.seconds,

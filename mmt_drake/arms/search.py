@@ -9,8 +9,9 @@ from itertools import product
 import numpy as np
 from scipy import stats
 
+from mmt_drake.arms.folds import FoldFit, Folds
 from mmt_drake.arms.laws import ARM_EFFECTS, DRY, VISCOUS
-from mmt_drake.arms.problem import FoldFit, Folds, JointRows, Term
+from mmt_drake.arms.problem import JointRows, Term
 from mmt_drake.numeric.arrays import Array
 
 BY_CHANCE = 0.01

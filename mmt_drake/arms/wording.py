@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, Number
+from mmt_drake.diagnosis.tell.summary import untried_of
 from mmt_drake.effects.wording import words
 
 _LISTED = 4
@@ -29,7 +30,7 @@ def summary(diagnosis: ArmDiagnosis) -> str:
         f"Error of the torque on stretches that were not fitted, in parts of its spread: {before:.3g} with the model "
         f"handed in, {after:.3g} with what was found."
     )
-    return " ".join([*said, *diagnosis.notes])
+    return " ".join(part for part in (*said, untried_of(diagnosis.untried), *diagnosis.notes) if part)
 
 
 def headline(diagnosis: ArmDiagnosis) -> str:
