@@ -29,7 +29,7 @@ class ArmEffect:
         symbols: its numbers, in the order of files.
         units: theirs, of a joint that turns.
         columns: (motion of a joint, shape) -> (n, k), the torque that its drive has to give [N m] for each of the k
-            numbers being 1; None where the regressor of the links says it.
+            numbers being 1; None where the plant of the arm says it.
         shapes: (motion of the joint) -> shapes that are tried.
         values: (k numbers, shape) -> numbers by symbol.
         coefficients: numbers by symbol -> (k numbers, shape).
@@ -60,6 +60,11 @@ class ArmEffect:
     replaces: str = ""
     near_equal: Mapping[str, str] = field(default_factory=dict)
     axis: str = ""
+
+    @property
+    def reaches_all(self) -> bool:
+        """Whether it changes the torque of other joints than one."""
+        return self.place != "joint" or self.columns is None
 
 
 def of_library(

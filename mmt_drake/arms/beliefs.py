@@ -23,6 +23,8 @@ _FREE_SAMPLES = 0.05
 AS_WELL = 1.25
 """One belief explains as well as another if it leaves no more than so many times as much: the simpler one is taken, and
 what is rare is not named where other links explain a joint as well."""
+_AS_MUCH = 1.02
+"""Of two effects that look alike the first of the list is taken, if it leaves no more than so many times as much."""
 _SAID = 3
 """Effects that are named while it still looks; more are counted."""
 GAIN = 0.05
@@ -92,7 +94,7 @@ def _refits(problem: ArmProblem) -> Iterator[Belief]:
 
 def _whole_arm(problem: ArmProblem) -> Iterator[Belief]:
     for term in problem.rows[problem.moving[0]].terms:
-        if ARM_EFFECTS[term.effect].place != "joint":
+        if ARM_EFFECTS[term.effect].reaches_all:
             yield Belief(term.effect, (term,))
 
 
@@ -163,7 +165,10 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     if any(none.sets[j].names & RARE for j in doubtful):
         none = searched(problem, Belief("none"), weights, doubtful)
     tried = [none, *arms, *refits]
+    # A spring in a joint draws a little of any error of the links: it has to explain more than other links do.
+    arms = [b for b in arms if b.fit.belief.name != "joint_elasticity" or all(better(b, r) for r in refits)]
     arms.sort(key=lambda b: b.cost)
+    arms[:1] = sorted((b for b in arms[:2] if _alike(b, arms[0])), key=lambda b: tried.index(b))[:1]
     refit = min(refits, key=lambda b: b.cost, default=none)
     if arms and better(arms[0], none) and (not refits or arms[0].cost < refit.cost + np.log(AS_WELL)):
         best = arms[0]
@@ -174,6 +179,13 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     elif best is not none:
         best = searched(problem, best.fit.belief, weights)
     return best, tried
+
+
+def _alike(one: Believed, best: Believed) -> bool:
+    """Whether a belief is of the family of the best one, of the same place, and explains as much."""
+    law, other = (ARM_EFFECTS[b.fit.belief.name] for b in (one, best))
+    same = (law.family, one.fit.belief.held[0].where) == (other.family, best.fit.belief.held[0].where)
+    return same and one.cost < best.cost + np.log(_AS_MUCH)
 
 
 def _names(one: Believed) -> str:

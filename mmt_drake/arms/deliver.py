@@ -8,24 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from mmt_drake.arms.arm_file import ArmModel, Held
 from mmt_drake.arms.believed import inertias
 from mmt_drake.arms.joint_effects import JointEffects
-from mmt_drake.arms.plant import ArmPlant, weld_held
+from mmt_drake.arms.plant import ArmPlant, give_links, weld_held
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.atomic import replacing
-
-
-def spatial_inertia(numbers: Array) -> Any:
-    """Drake's spatial inertia of a link's ten numbers (10,)."""
-    mass = float(numbers[0])
-    rotational = RotationalInertia(*(float(n) / mass for n in numbers[4:]))
-    unit = UnitInertia(rotational)
-    return SpatialInertia(mass, np.asarray(numbers[1:4]) / mass, unit)
 
 
 def write_urdf(model: ArmModel, path: str | Path) -> Path:
@@ -133,8 +124,4 @@ def set_links(model: ArmModel, plant: Any, context: Any) -> None:
     """
     arm = ArmPlant.of(model)
     inertias(arm, model)  # refuses links that are not there
-    nothing = SpatialInertia(1e-9, np.zeros(3), UnitInertia.SolidSphere(1e-3))
-    for name, numbers in model.links.items():
-        for hung in arm.hung_on(name):
-            plant.GetBodyByName(hung).SetSpatialInertiaInBodyFrame(context, nothing)
-        plant.GetBodyByName(name).SetSpatialInertiaInBodyFrame(context, spatial_inertia(np.asarray(numbers)))
+    give_links(arm, plant, context, model.links)

@@ -13,6 +13,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.believed import prepared
 from mmt_drake.arms.deliver import arm_diagram, set_links
+from mmt_drake.arms.joint_effects import IN_THE_LOG
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
@@ -24,8 +25,6 @@ _MOST = 12
 _ACCURACY = 1e-3
 _MOST_STEPS = 3000
 """Integration steps of a window; a plant that asks for more is so stiff that nobody would simulate it so."""
-_IN_THE_LOG = ("torque_gain", "time_delay", "joint_coupling")
-"""Effects that are in the log alone: they are taken off its torque."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,10 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
         spans: times within which windows may lie [s]; the first one of each, `_MOST` of them at most, evenly chosen.
     """
     arm = ArmPlant.of(model)
-    motion, in_log = ArmMotion.of(log, model.band_hz), [e for e in model.effects if e.name in _IN_THE_LOG]
+    motion, in_log = (
+        ArmMotion.of(log, model.band_hz),
+        [e for e in model.effects if e.name in IN_THE_LOG],
+    )  # taken off its torque
     torque = motion.torque
     if in_log:
         one = prepared(arm, replace(model, effects=tuple(in_log)), log)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, SpatialInertia, UnitInertia
+from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, RotationalInertia, SpatialInertia, UnitInertia
 
 from mmt_drake.arms.arm_file import ArmModel, Held
 from mmt_drake.errors import BadInput, one_line
@@ -175,6 +176,30 @@ def plant_from_file(model: ArmModel, plant: Any) -> None:
         plant.WeldFrames(plant.world_frame(), plant.get_body(root).body_frame())
     plant.mutable_gravity_field().set_gravity_vector(model.gravity)
     weld_held(plant, model.held, model.source)
+
+
+def spatial_inertia(numbers: Array) -> Any:
+    """Drake's spatial inertia of a link's ten numbers (10,)."""
+    mass = float(numbers[0])
+    rotational = RotationalInertia(*(float(n) / mass for n in numbers[4:]))
+    unit = UnitInertia(rotational)
+    return SpatialInertia(mass, np.asarray(numbers[1:4]) / mass, unit)
+
+
+def give_links(arm: ArmPlant, plant: Any, context: Any, links: Mapping[str, Sequence[float] | Array]) -> None:
+    """Give links their inertial numbers; what hangs on them rigidly, which these hold, has next to none then.
+
+    Args:
+        arm: whose links.
+        plant: its own, or one like it.
+        context: the plant's.
+        links: name -> (10,).
+    """
+    nothing = SpatialInertia(1e-9, np.zeros(3), UnitInertia.SolidSphere(1e-3))
+    for name, numbers in links.items():
+        for hung in arm.hung_on(name):
+            plant.GetBodyByName(hung).SetSpatialInertiaInBodyFrame(context, nothing)
+        plant.GetBodyByName(name).SetSpatialInertiaInBodyFrame(context, spatial_inertia(np.asarray(numbers)))
 
 
 def weld_held(plant: Any, held: tuple[Held, ...], source: str, name: str = "held") -> None:

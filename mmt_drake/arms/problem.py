@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import signal
 
 from mmt_drake.arms.arm_effect import Shape
 from mmt_drake.arms.arm_file import ArmModel
@@ -17,6 +16,7 @@ from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, OF_THE_LINKS, VISCOUS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
+from mmt_drake.arms.shapes import likely_delay, likely_ripples
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 
@@ -28,8 +28,6 @@ _FAINT = 0.02
 _SHORTEST_S = 0.5
 _FEWEST = 12
 """Blocks of all logs together."""
-_FEWEST_CYCLES, _MOST_CYCLES, PEAKS = 2.0, 60.0, 3
-"""Periods of a ripple within the way of a joint, and how many of the strongest are tried."""
 STILL = 2e-3
 """A joint whose way is shorter than this [rad] or [m] does not move."""
 
@@ -190,7 +188,8 @@ def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> Arm
     if not moving:
         raise BadInput(logs[0].source, found="no joint that moves", expected=f"a way of {STILL:g} rad or more")
     numbers = inertias(arm, model)
-    rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moving) for j in range(len(arm.joints)))
+    delay = likely_delay(every, moving)
+    rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moving, delay) for j in range(len(arm.joints)))
     starts = np.concatenate([np.column_stack([e[:-1], e[1:], np.full(len(e) - 1, i)]) for i, e in enumerate(edges)])
     return ArmProblem(arm, numbers.ravel(), rows, starts, moving)
 
@@ -205,12 +204,12 @@ def _edges(motion: ArmMotion) -> Array:
 
 
 def _joint_rows(
-    arm: ArmPlant, model: ArmModel, numbers: Array, every: Sequence[PreparedLog], j: int, moves: bool
+    arm: ArmPlant, model: ArmModel, numbers: Array, every: Sequence[PreparedLog], j: int, moves: bool, delay: float
 ) -> JointRows:
     motions = [one.joint(j) for one in every]
-    ripples = _ripples(every, j) if moves else ()
+    ripples = likely_ripples(every, j) if moves else ()
     fastest = max(motions, key=lambda motion: motion.fastest)
-    terms, held = _terms(arm, model, replace(fastest, ripples=ripples), j, moves)
+    terms, held = _terms(arm, model, replace(fastest, ripples=ripples, delays=(delay,)), j, moves)
     stacked, target, measured, counted, block, first = [], [], [], [], [], 0
     for one, own in zip(every, motions, strict=True):
         parts = [one.asked.inertial[:, j]]
@@ -240,8 +239,8 @@ def _terms(
     names = (*DRY, *VISCOUS, *BESIDE) if moves else ("constant_force",)
     known = {(e.name, e.where): coefficients(arm, e) for e in model.effects}
     terms, at = list[Term](), 10 * len(arm.links)
-    for name in (*names, *ARM_WIDE):
-        where = arm.joints[j] if ARM_EFFECTS[name].place == "joint" else ""
+    placed = [(name, arm.joints[j] if ARM_EFFECTS[name].place == "joint" else "") for name in (*names, *ARM_WIDE)]
+    for name, where in [*placed, *(("joint_elasticity", joint) for joint in arm.joints)]:
         own = known.get((name, where))
         for shape in [own[1]] if own is not None else ARM_EFFECTS[name].shapes(motion):
             width = len(ARM_EFFECTS[name].least)
@@ -249,23 +248,3 @@ def _terms(
             at += width
     terms += [Term("payload", link, (), tuple(range(10 * k, 10 * k + 10))) for k, link in enumerate(arm.links)]
     return tuple(terms), {key: x for key, (x, _) in known.items()}
-
-
-def _ripples(every: Sequence[PreparedLog], j: int) -> tuple[float, ...]:
-    """Periods over the way at which the unexplained torque of a joint is strongest."""
-    one = max(every, key=lambda each: len(each.motion.time))
-    own = one.joint(j)
-    smooth = np.column_stack(
-        [own.direction, own.v, own.a, np.cos(own.q), np.sin(own.q), np.ones(len(own.q)), own.rigid]
-    )
-    columns = one.motion.filtered(smooth)
-    left = own.others[:, j] - one.motion.filtered(one.believed[:, j])
-    left = left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
-    highest = min(_MOST_CYCLES / own.reach, one.motion.band_hz / own.fastest)
-    cycles = np.arange(_FEWEST_CYCLES / own.reach, highest, 0.25 / own.reach)  # [1/rad]
-    if len(cycles) < 3:
-        return ()
-    thin = one.motion.thinning
-    power = np.abs(np.exp(-2j * np.pi * np.outer(cycles, own.q[thin])) @ left[thin])
-    peaks, _ = signal.find_peaks(power)
-    return tuple(float(1.0 / cycles[i]) for i in sorted(peaks, key=lambda i: -power[i])[:PEAKS])

@@ -46,6 +46,12 @@ class ArmEffectFound:
     share: float
     instead: tuple[str, ...] = ()
 
+    def value(self, symbol: str) -> float:
+        """One of its numbers."""
+        number = self.numbers[symbol]
+        assert isinstance(number, Number)  # a joint's name is asked of `numbers`
+        return number.value
+
 
 @dataclass(frozen=True)
 class JointReport:

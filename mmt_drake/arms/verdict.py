@@ -102,7 +102,7 @@ def arm_certainty(found: Believed, tried: Sequence[Believed]) -> Depth | None:
     law, told = ARM_EFFECTS[term.effect], found.fit.belief
     depth: Depth | None = None
     for at in _DEPTHS:
-        same = _without(law, at, "arm")
+        same = _without(law, at)
         rivals = [
             b
             for b in tried
@@ -115,14 +115,14 @@ def arm_certainty(found: Believed, tried: Sequence[Believed]) -> Depth | None:
     return depth
 
 
-def _without(law: ArmEffect, depth: Depth, place: str = "joint") -> frozenset[str]:
+def _without(law: ArmEffect, depth: Depth) -> frozenset[str]:
     """Effects that a rival at a depth does without: those of the same block, family or law, and what holds that law."""
-    joint = [e for e in ARM_EFFECTS.values() if (e.place == "joint") == (place == "joint")]
+    alike = [e for e in ARM_EFFECTS.values() if e.reaches_all == law.reaches_all]
     if depth == "block":
-        return frozenset(e.name for e in joint if e.block == law.block)
+        return frozenset(e.name for e in alike if e.block == law.block)
     if depth == "family":
-        return frozenset(e.name for e in joint if e.family == law.family)
-    return frozenset(e.name for e in joint if e.name == law.name or law.name in e.holds)
+        return frozenset(e.name for e in alike if e.family == law.family)
+    return frozenset(e.name for e in alike if e.name == law.name or law.name in e.holds)
 
 
 def _ruled_out(rival: JointSet, own: JointSet, leaves: float) -> bool:

@@ -11,9 +11,9 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.arms.arm_file import ArmModel, Held, JointEffect
 from mmt_drake.arms.believed import predicted
-from mmt_drake.arms.deliver import arm_diagram, set_links, spatial_inertia, write_urdf
+from mmt_drake.arms.deliver import arm_diagram, set_links, write_urdf
 from mmt_drake.arms.joint_log import JointLog
-from mmt_drake.arms.plant import ArmPlant
+from mmt_drake.arms.plant import ArmPlant, spatial_inertia
 from mmt_drake.errors import BadInput
 
 LENGTH, MASS = 0.5, 2.0
@@ -72,6 +72,15 @@ def test_coulomb_friction_slows_a_pendulum_evenly_and_then_it_rests(tmp_path: Pa
     assert v == pytest.approx(2.0 - rate * 0.5, rel=1e-6)
     assert q == pytest.approx(2.0 * 0.5 - 0.5 * rate * 0.25, rel=1e-6)
     assert abs(after(model, 3.0, [0.0], [2.0])[1]) < 1e-6
+
+
+def test_static_friction_has_another_level_below_a_speed(tmp_path: Path) -> None:
+    numbers = {"Fs": 1.0, "Fd": 0.4, "v_d": 0.8}
+    model = pendulum(tmp_path, JointEffect("static_friction", "swing", numbers), gravity=FLAT)
+    until = (2.0 - 0.8) * INERTIA / 0.4  # it reaches v_d
+    assert after(model, 0.5 * until, [0.0], [2.0])[1] == pytest.approx(1.4, rel=1e-4)
+    slower = 0.8 - (0.3 / INERTIA) * 1.0
+    assert after(model, until + 0.3, [0.0], [2.0])[1] == pytest.approx(slower, abs=2e-3)
 
 
 def test_viscous_friction_lets_the_speed_decay_and_a_drive_balances_it(tmp_path: Path) -> None:
