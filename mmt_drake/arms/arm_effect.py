@@ -38,7 +38,8 @@ class ArmEffect:
         holds: effects that are special or limiting cases of it.
         replaces: the part of a joint that one law alone may have; empty: it stands beside others.
         equation, source: for people.
-        near_equal: effect -> where logs hardly tell it from this one.
+        near_equal: what logs hardly tell from it -> where: an effect, `link_inertia` (other inertial numbers of a
+            link) or `scaled_inertias` (of all links by one factor).
         axis: none; effects of a contact have one.
     """
 

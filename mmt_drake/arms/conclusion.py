@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -70,20 +71,39 @@ def verdict_of(
     return "unexplained"
 
 
-def notes_of(found: Believed, problem: ArmProblem) -> tuple[str, ...]:
+def with_look_alikes(effects: Sequence[ArmEffectFound], problem: ArmProblem) -> tuple[ArmEffectFound, ...]:
+    """Effects, those that are sure with what looks like them where they are.
+
+    Args:
+        effects: that were found.
+        problem: the logs.
+    """
+    gained = {effect.where for effect in effects if effect.name == "torque_gain" and effect.certain}
+    every = gained == {problem.arm.joints[j] for j in problem.moving}
+    told = []
+    for effect in effects:
+        applies = {"torque_gain": every, "rotor_inertia": effect.where == problem.arm.joints[0]}
+        alike = tuple(ARM_EFFECTS[effect.name].near_equal) if applies.get(effect.name, True) else ()
+        told.append(replace(effect, looks_like=alike if effect.certain else ()))
+    return tuple(told)
+
+
+def notes_of(found: Believed, problem: ArmProblem, effects: Sequence[ArmEffectFound]) -> tuple[str, ...]:
     """What looks alike, and what was not told.
 
     Args:
         found: what is delivered.
         problem: the logs.
+        effects: that were found.
     """
     notes = []
     if found.fit.belief.name == "refit":
         notes.append("Inertial numbers of all links scaled, and a gain of every torque, look alike: one is as good.")
-    for term, _ in found.fit.numbers_held:
-        for other, where in ARM_EFFECTS[term.effect].near_equal.items():
-            name = words(term.effect) + (f" of {term.where}" if term.where else "")
-            notes.append(f"{name[0].upper()}{name[1:]} looks like {words(other)}: {where}.")
+    for effect in effects:
+        for other in effect.looks_like:
+            name = words(effect.name) + (f" of {effect.where}" if effect.where else "")
+            where = ARM_EFFECTS[effect.name].near_equal[other]
+            notes.append(f"{name[0].upper()}{name[1:]} looks like {words(other)} {where}.")
     still = [problem.arm.joints[j] for j in range(len(problem.rows)) if j not in problem.moving]
     if still:
         notes.append(f"Joints that did not move, and of which nothing is told: {', '.join(still)}.")

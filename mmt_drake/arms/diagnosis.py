@@ -15,7 +15,7 @@ from mmt_drake.arms.arm_file import INERTIA, INERTIA_UNITS, ArmModel, JointEffec
 from mmt_drake.arms.base_parameters import BaseStructure
 from mmt_drake.arms.beliefs import AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, Believed, settled
 from mmt_drake.arms.believed import check_places, prepared
-from mmt_drake.arms.conclusion import notes_of, verdict_of, whole_budget
+from mmt_drake.arms.conclusion import notes_of, verdict_of, whole_budget, with_look_alikes
 from mmt_drake.arms.consistency import nearest_consistent
 from mmt_drake.arms.elasticity import Deflection, deflections
 from mmt_drake.arms.forward import forward
@@ -117,6 +117,7 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
     base = BaseStructure.of(arm, problem.nominal).told([ArmMotion.of(log, model.band_hz) for log in logs], left)
     springs = _springs(arm, augmented, logs)
     effects, augmented = _with_springs(effects, augmented, [effect for _, effect in springs])
+    effects = with_look_alikes(effects, problem)
     watch.begin(_AHEAD)
     held_out = [(a, b) for a, b, log in problem.starts[problem.outer] if log == 0.0]
     ahead = None
@@ -138,7 +139,7 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
         round(time.perf_counter() - begun, 2),
         ahead,
         found.fit.belief.name,
-        (*notes_of(found, problem), *_encoders(arm, springs)),
+        (*notes_of(found, problem, effects), *_encoders(arm, springs)),
         base,
         watch.missed,
     )

@@ -183,7 +183,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             "I q'', I as seen from the joint",
             _SICILIANO,
             least=0.0,
-            near_equal={"the link's own inertia about the axis": "always, on the first joint of a chain"},
+            near_equal={"link_inertia": "on the first joint of a chain, about its axis"},
         ),
         of_one_number(
             "torque_gain",
@@ -194,7 +194,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             "force_sensor",
             "the log tells gain times the torque that moves the links; the numbers tell gain - 1",
             _SICILIANO,
-            near_equal={"inertias of all links scaled": "where it is the same on every joint"},
+            near_equal={"scaled_inertias": "where it is the same on every joint"},
         ),
         ArmEffect(
             "joint_elasticity",
@@ -272,7 +272,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             source=_GAUTIER,
             least=(0.0, *[-math.inf] * 9),
             check=lambda x: bool(np.abs(x[1:4]).max() <= _FARTHEST * x[0]),
-            near_equal={"inertial numbers of that link": "always: the file's may have been wrong"},
+            near_equal={"link_inertia": "always, of the link that carries it: the file's may have been wrong"},
         ),
         ArmEffect(
             "gravity_offset",

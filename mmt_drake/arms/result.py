@@ -35,6 +35,7 @@ class ArmEffectFound:
         numbers: by symbol; a joint stands by its name.
         share: of the mismatch of its joint, or of all.
         instead: what would explain as much in its place.
+        looks_like: what no log of this kind tells from it, see `ArmEffect.near_equal`.
     """
 
     name: str
@@ -45,6 +46,7 @@ class ArmEffectFound:
     numbers: Mapping[str, Number | str]
     share: float
     instead: tuple[str, ...] = ()
+    looks_like: tuple[str, ...] = ()
 
     def value(self, symbol: str) -> float:
         """One of its numbers."""
@@ -154,7 +156,9 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
         "effects": [effect(e) for e in diagnosis.effects if e.certain],
         "unsure": [{**effect(e), "instead": list(e.instead)} for e in diagnosis.effects if not e.certain],
         "alternatives": [
-            {"name": name, "where": e.where, "indistinguishable": True} for e in diagnosis.effects for name in e.instead
+            {"name": name, "where": e.where, "indistinguishable": True, "in_place_of": e.name}
+            for e in diagnosis.effects
+            for name in (*e.instead, *e.looks_like)
         ],
         "parameters": {
             f"{link}.{symbol}": number(n) for link, some in diagnosis.parameters.items() for symbol, n in some.items()
