@@ -32,8 +32,8 @@ def report_of(results: Sequence[ArmResult]) -> Report:
         (
             "Public recordings of arms. Each model is diagnosed on one log, then predicts the torque of another one "
             "from its motion alone; errors are RMS over the torque's spread, below 8 Hz, while a joint moves. Simple "
-            "fits, viscous and Coulomb, are those that the recordings' notes print. The KR300, the PSM and the "
-            "Kinova come without a file: their lengths are published, their masses guessed."
+            "fits, viscous and Coulomb, are those that the recordings' notes print. The KR300, the PSM, the Schunk and "
+            "the Kinova come without a file: their lengths are published, their masses guessed."
         ),
         "Arms",
         tables,
@@ -66,6 +66,32 @@ def _errors_table(results: Sequence[ArmResult]) -> Table:
             rows.append([result.name if j == 0 else "", joint, *errors, _said(result.dry.get(joint, ""))])
     headers = ("arm", "joint", "as handed in", "simple fit", "with what was found", "dry friction")
     return Table(headers, rows, "Error of the torque over its spread, on a log that was not fitted.", digits=3)
+
+
+def named_table(results: Sequence[ArmResult]) -> Table:
+    """A row for each joint: what was named there, and how far the models are off."""
+    rows: list[list[Cell]] = []
+    for r in results:
+        whole = [f"{names} on {place or 'the arm'}" for place, names in r.named.items() if place not in r.joints]
+        if whole:
+            rows.append([r.name, "", words(r.verdict), "; ".join(whole), None, None, None, r.seconds])
+        for j, joint in enumerate(r.joints):
+            first = [r.name, joint, words(r.verdict)] if j == 0 and not whole else ["", joint, ""]
+            seconds = r.seconds if j == 0 and not whole else None
+            errors = (r.handed_in[j], r.found[j], r.simple[j])
+            rows.append([*first, r.named.get(joint, "nothing"), *errors, seconds])
+    headers = (
+        "arm",
+        "joint",
+        "verdict",
+        "named, as certain as",
+        "as handed in",
+        "with what was found",
+        "simple fit",
+        "s",
+    )
+    title = "Arms, joint by joint: error of the torque over its spread, on a log or on blocks that were not fitted."
+    return Table(headers, rows, title, digits=3)
 
 
 def _said(name: str) -> str:

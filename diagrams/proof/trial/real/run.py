@@ -1,5 +1,6 @@
 """The cases on public recordings, diagnosed: what was said, and what it is worth on recordings it did not see."""
 
+import math
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -11,10 +12,12 @@ import numpy as np
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.tell.result import Diagnosis, HeldoutNrmse
+from mmt_drake.diagrams.proof.experiments.arms.cases import run_case
+from mmt_drake.diagrams.proof.experiments.arms.report import named_table
 from mmt_drake.diagrams.proof.studies import Asked, Report, Study
 from mmt_drake.diagrams.proof.studies.study import Progress
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase
-from mmt_drake.diagrams.proof.trial.real.data_sets import real_cases, without_a_case
+from mmt_drake.diagrams.proof.trial.real.data_sets import real_arms, real_cases, without_a_case
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.numeric.arrays import Array
@@ -232,21 +235,36 @@ def _score(
     return RealResult(case, test, diagnosed.diagnosis, rmse, nrmse, seconds)
 
 
-def real_study(directory: str, diagnose: Diagnose, only: Collection[str] = ()) -> Study:
-    """The study that diagnoses the cases of a folder of public recordings, or of some of its data sets."""
+def real_study(directory: str, diagnose: Diagnose, only: Collection[str] = (), time_budget: float = math.inf) -> Study:
+    """The study that diagnoses the cases of a folder of public recordings, or of some of its data sets; arms last.
+
+    Args:
+        directory: holds the folders of the data sets.
+        diagnose: a case that is no arm.
+        only: folders of data sets; all unless given.
+        time_budget: of the diagnosis of each arm [s].
+    """
 
     def run(asked: Asked, progress: Progress) -> Report:
-        started, cases = count(), real_cases(directory, only)
+        started, cases, arms = count(), real_cases(directory, only), real_arms(directory, only)
         results = run_real(directory, diagnose, asked.out, cases=cases, starting=lambda case: progress(next(started)))
+        moved = []
+        for arm in arms:
+            progress(next(started))
+            moved.append(run_case(arm, Path(directory), time_budget))
         untried = [] if only else without_a_case(directory)
+        tables = [diagnosed_table(results), real_table(results)] if results else []
         return Report(
-            {"real": [result.document() for result in results]},
+            {"real": [result.document() for result in results], "arms": [asdict(result) for result in moved]},
             title="Real recordings",
             lead="Known physics concealed from the model that is handed in; judged on recordings that nothing was "
             "fitted to.",
             heading="",
-            own_tables=[diagnosed_table(results), real_table(results)],
+            own_tables=[*tables, *([named_table(moved)] if moved else [])],
             sentences=[f"not tried, for want of a case: {', '.join(untried)}"] if untried else [],
         )
 
-    return Study("real recordings, data sets", (), lambda asked: len(real_cases(directory, only)), run)
+    def steps(asked: Asked) -> float:
+        return len(real_cases(directory, only)) + len(real_arms(directory, only))
+
+    return Study("real recordings, data sets", (), steps, run)
