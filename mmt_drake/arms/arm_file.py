@@ -15,6 +15,8 @@ import yaml
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.structure import STRUCTURE
 from mmt_drake.errors import BadInput
+from mmt_drake.model.controller import Controller
+from mmt_drake.model_files import controller_data, parse_controller
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import known_keys, mapping, parse, read_text
 
@@ -23,7 +25,19 @@ INERTIA = ("m", "mcx", "mcy", "mcz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 INERTIA_UNITS = ("kg", *["kg m"] * 3, *["kg m^2"] * 6)
 """Theirs."""
 
-_KEYS = ("structure", "robot", "plant", "joints", "gravity", "torque", "held", "band_hz", "links", "effects")
+_KEYS = (
+    "structure",
+    "robot",
+    "plant",
+    "joints",
+    "gravity",
+    "torque",
+    "held",
+    "band_hz",
+    "controller",
+    "links",
+    "effects",
+)
 
 
 @dataclass(frozen=True)
@@ -76,6 +90,7 @@ class ArmModel:
             negative where the log counts it the other way; empty: 1.
         held: what is welded to the hand.
         band_hz: motion and torque are compared below this frequency [Hz].
+        controller: that drives the joints, one for all or one a joint, its gains in N m and rad; empty: none is known.
         links: inertial numbers in the place of those of the file: link -> (10,), see `INERTIA`.
         effects: that it has beside.
     """
@@ -89,6 +104,7 @@ class ArmModel:
     factor: tuple[float, ...] = ()
     held: tuple[Held, ...] = ()
     band_hz: float = 8.0
+    controller: tuple[Controller, ...] = ()
     links: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     effects: tuple[JointEffect, ...] = ()
 
@@ -137,6 +153,7 @@ def load_arm_model(path: str | Path) -> ArmModel:
             _held(one, source, f"held[{i}]") for i, one in enumerate(_list(data.get("held") or [], source, "held"))
         ),
         band_hz=_number(data.get("band_hz", 8.0), source, "band_hz", least=0.1),
+        controller=_controllers(data.get("controller") or [], source),
         links={
             str(name): _link(v, source, f"links.{name}")
             for name, v in mapping(data.get("links") or {}, source, "links").items()
@@ -161,6 +178,8 @@ def arm_model_data(model: ArmModel, beside: str | Path) -> dict[str, Any]:
     if model.held:
         data["held"] = [{"link": h.link, "m": h.m, "c": list(h.c)} for h in model.held]
     data["band_hz"] = model.band_hz
+    if model.controller:
+        data["controller"] = [controller_data(one) for one in model.controller]
     if model.links:
         data["links"] = {name: dict(zip(INERTIA, map(float, v), strict=True)) for name, v in model.links.items()}
     if model.effects:
@@ -178,6 +197,12 @@ def save_arm_model(model: ArmModel, path: str | Path) -> Path:
     with replacing(Path(path)) as partial:
         partial.write_text(text)
     return Path(path)
+
+
+def _controllers(value: object, source: str) -> tuple[Controller, ...]:
+    every = [value] if isinstance(value, dict) else _list(value, source, "controller")
+    places = ["controller"] if isinstance(value, dict) else [f"controller[{i}]" for i in range(len(every))]
+    return tuple(parse_controller(mapping(one, source, at), source, at) for one, at in zip(every, places, strict=True))
 
 
 def _list(value: object, source: str, at: str) -> list[Any]:

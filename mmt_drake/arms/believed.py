@@ -82,11 +82,14 @@ def inertias(arm: ArmPlant, model: ArmModel) -> Array:
 
 
 def check_places(arm: ArmPlant, model: ArmModel) -> None:
-    """Refuse effects at joints or links that are not there.
+    """Refuse effects at joints or links that are not there, and another number of controllers.
 
     Raises:
         BadInput: so they are.
     """
+    if len(model.controller) not in (0, 1, len(arm.joints)):
+        expected = f"1, or {len(arm.joints)}: one for each joint"
+        raise BadInput(model.source, at="controller", found=f"{len(model.controller)} controllers", expected=expected)
     known: Mapping[str, Sequence[str]] = {"joint": arm.joints, "link": arm.links, "arm": ("",)}
     for number, effect in enumerate(model.effects):
         place = ARM_EFFECTS[effect.name].place

@@ -231,8 +231,9 @@ def _ahead(diagnosis: ArmDiagnosis) -> Iterator[Section]:
         for j, joint in enumerate(diagnosis.joints)
         if joint.moves
     ]
+    loop = "its controller closing the loop" if before.closed else "in open loop"
     text = (
-        f"Drake's plant under the recorded torque, in open loop, over {before.windows} windows of {WINDOW_S:g} s that "
+        f"Drake's plant under the recorded torque, {loop}, over {before.windows} windows of {WINDOW_S:g} s that "
         "were held out, each from the recorded state. A dash: it could not be simulated."
     )
     headers = ("joint", "way [mrad]", "off, as handed in [mrad]", "off, with what was found [mrad]")

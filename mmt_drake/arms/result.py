@@ -192,4 +192,12 @@ def _forward(diagnosis: ArmDiagnosis) -> dict[str, Any] | None:
         return None
     before, after = ([float(e) if np.isfinite(e) else None for e in one.rms] for one in diagnosis.forward)
     way, windows = diagnosis.forward[0].way.tolist(), diagnosis.forward[0].windows
-    return {"window_s": WINDOW_S, "windows": windows, "way": way, "nominal": before, "augmented": after}
+    closed = diagnosis.forward[0].closed
+    return {
+        "window_s": WINDOW_S,
+        "windows": windows,
+        "closed_loop": closed,
+        "way": way,
+        "nominal": before,
+        "augmented": after,
+    }
