@@ -21,6 +21,7 @@ MODULES: Final = {
     "device": "device",
     "learning": "learning",
     "arms": "arms",
+    "arm-force": "arms",
     **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }
 """Name -> the module here that has it among its `STUDIES`."""
