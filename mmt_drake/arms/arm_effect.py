@@ -41,6 +41,7 @@ class ArmEffect:
         near_equal: what logs hardly tell from it -> where: an effect, `link_inertia` (other inertial numbers of a
             link) or `scaled_inertias` (of all links by one factor).
         axis: none; effects of a contact have one.
+        optional: symbols that a model file may leave out: they are 0 then.
     """
 
     name: str
@@ -61,6 +62,7 @@ class ArmEffect:
     replaces: str = ""
     near_equal: Mapping[str, str] = field(default_factory=dict)
     axis: str = ""
+    optional: tuple[str, ...] = ()
 
     @property
     def reaches_all(self) -> bool:

@@ -69,11 +69,13 @@ class Held:
         link: that carries it.
         m: its mass [kg].
         c: its centre in the frame of that link [m], (3,).
+        moments: about its centre, along the axes of that link: xx, yy, zz, xy, xz, yz [kg m^2]; none of them: a point.
     """
 
     link: str
     m: float
     c: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moments: tuple[float, ...] = (0.0,) * 6
 
 
 @dataclass(frozen=True)
@@ -254,11 +256,13 @@ def _effect(value: object, source: str, at: str) -> JointEffect:
     if place and not isinstance(data.get(law.place), str):
         raise BadInput(source, at=f"{at}.{law.place}", found=repr(data.get(law.place)), expected=f"a {law.place}")
     parameters = mapping(data.get("parameters") or {}, source, f"{at}.parameters")
-    if set(parameters) != set(law.symbols):
+    if not set(law.symbols) - set(law.optional) <= set(parameters) <= set(law.symbols):
         found = ", ".join(map(str, parameters)) or "none"
-        raise BadInput(source, at=f"{at}.parameters", found=found, expected=", ".join(law.symbols))
+        expected = ", ".join(s + " (or not)" if s in law.optional else s for s in law.symbols)
+        raise BadInput(source, at=f"{at}.parameters", found=found, expected=expected)
     values: dict[str, float | str] = {
         s: str(parameters[s]) if s == "joint" else _number(parameters[s], source, f"{at}.parameters.{s}")
         for s in law.symbols
+        if s in parameters
     }
     return JointEffect(name, str(data.get(law.place, "")), values)

@@ -13,6 +13,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from mmt_drake.arms.arm_file import ArmModel, Held
 from mmt_drake.arms.believed import inertias
 from mmt_drake.arms.joint_effects import JointEffects
+from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.plant import ArmPlant, give_links, weld_held
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
@@ -73,7 +74,7 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
 
     `torque` (joints,) [N m] is what the drives give to the recorded joints, `state` the plant's: positions, velocities.
     Friction, springs, ripples, offsets and drag act as in the model; inertias of rotors are the plant's own; gains and
-    delays of the log, which no arm feels, do not. What is held, and payloads, are points welded to their links; gravity
+    delays of the log, which no arm feels, do not. What is held, and payloads, are welded to their links; gravity
     is turned as the model says.
 
     Args:
@@ -103,13 +104,15 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
 
 
 def _payloads(model: ArmModel) -> tuple[Held, ...]:
-    """Payloads among the effects of a model, as points."""
-    points = []
+    """Payloads among the effects of a model, as bodies."""
+    bodies = []
     for effect in model.effects:
         if effect.name == "payload":
+            law = ARM_EFFECTS[effect.name]
             m, x, y, z = (float(effect.parameters[symbol]) for symbol in ("m", "cx", "cy", "cz"))
-            points.append(Held(effect.where, m, (x, y, z)))
-    return tuple(points)
+            moments = tuple(float(effect.parameters.get(symbol, 0.0)) for symbol in law.optional)
+            bodies.append(Held(effect.where, m, (x, y, z), moments))
+    return tuple(bodies)
 
 
 def set_links(model: ArmModel, plant: Any, context: Any) -> None:

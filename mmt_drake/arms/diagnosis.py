@@ -163,8 +163,12 @@ def _noise(log: JointLog, band_hz: float) -> Array:
 
 
 def _consistent(fit: SharedFit, x: Array, blocks: Sequence[int]) -> tuple[dict[str, tuple[float, ...]], Array]:
-    """The links' numbers as a real arm can have them, where they are not the file's, and all numbers with these."""
-    at = fit.numbers_of_links
+    """The links' numbers as a real arm can have them, where they are not the file's, and all numbers with these.
+
+    Of a payload the same: its own numbers are those of a body.
+    """
+    payload = [numbers for term, numbers in fit.numbers_held if ARM_EFFECTS[term.effect].place == "link"]
+    at = payload[0] if payload else fit.numbers_of_links
     if not at:
         return {}, x
     matrix, right = fit.sums(blocks)
@@ -172,13 +176,15 @@ def _consistent(fit: SharedFit, x: Array, blocks: Sequence[int]) -> tuple[dict[s
     hessian = matrix + np.diag(fit.prior)
     across = np.linalg.lstsq(hessian[np.ix_(rest, rest)], hessian[np.ix_(rest, at)], rcond=None)[0] if rest else None
     weight = hessian[np.ix_(at, at)] - (hessian[np.ix_(at, rest)] @ across if across is not None else 0.0)
-    believed = fit.problem.nominal.reshape(-1, 10)
-    numbers = nearest_consistent(believed + x[at].reshape(-1, 10), weight, believed)
+    believed = np.zeros((1, 10)) if payload else fit.problem.nominal.reshape(-1, 10)
+    numbers = nearest_consistent(believed + x[at].reshape(-1, 10), weight, x[at][None] if payload else believed)
     moved = x.copy()
     moved[at] = (numbers - believed).ravel()
     if rest:
         block = matrix[np.ix_(rest, rest)]
         moved[rest] = np.linalg.lstsq(block, right[rest] - matrix[np.ix_(rest, at)] @ moved[at], rcond=1e-10)[0]
+    if payload:
+        return {}, moved
     return dict(zip(fit.problem.links, (tuple(map(float, row)) for row in numbers), strict=True)), moved
 
 

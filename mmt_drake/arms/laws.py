@@ -79,6 +79,20 @@ def _point(m: float, c: Sequence[float]) -> Array:
     return m * np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
 
 
+_MOMENTS: Final = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+
+
+def _payload_values(x: Array, form: Shape) -> Numbers:
+    c = [float(x[1 + i] / x[0]) if x[0] else 0.0 for i in range(3)]
+    own = x[4:] - _point(float(x[0]), c)[4:]
+    return {"m": float(x[0]), **dict(zip(("cx", "cy", "cz"), c, strict=True)), **dict(zip(_MOMENTS, own, strict=True))}
+
+
+def _payload_coefficients(values: Numbers) -> tuple[Array, Shape]:
+    numbers = _point(float(values["m"]), [float(values[f"c{axis}"]) for axis in "xyz"])
+    return numbers + np.array([0.0] * 4 + [float(values.get(symbol, 0.0)) for symbol in _MOMENTS]), ()
+
+
 _DRY, _VISCOUS = "dry friction", "viscous friction"
 _STIFF_START = (0.015, 0.03, 0.06, 0.12, 0.2, 0.35)
 _GAUTIER: Final = "Gautier and Khalil 1990, IEEE Trans. Robotics and Automation 6(3)"
@@ -261,14 +275,12 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             "link",
             "inertia",
             "body",
-            ("m", "cx", "cy", "cz"),
-            ("kg", "m", "m", "m"),
-            values=lambda x, form: {
-                "m": float(x[0]),
-                **{f"c{axis}": float(x[1 + i] / x[0]) if x[0] else 0.0 for i, axis in enumerate("xyz")},
-            },
-            coefficients=lambda v: (_point(float(v["m"]), [float(v[f"c{axis}"]) for axis in "xyz"]), ()),
-            equation="a mass m with its centre at c of a link's frame; fitted with an inertia of its own",
+            ("m", "cx", "cy", "cz", *_MOMENTS),
+            ("kg", "m", "m", "m", *["kg m^2"] * 6),
+            values=_payload_values,
+            coefficients=_payload_coefficients,
+            equation="a body of mass m with its centre at c of a link's frame, and its moments about that centre",
+            optional=_MOMENTS,
             source=_GAUTIER,
             least=(0.0, *[-math.inf] * 9),
             check=lambda x: bool(np.abs(x[1:4]).max() <= _FARTHEST * x[0]),

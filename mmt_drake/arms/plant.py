@@ -203,7 +203,7 @@ def give_links(arm: ArmPlant, plant: Any, context: Any, links: Mapping[str, Sequ
 
 
 def weld_held(plant: Any, held: tuple[Held, ...], source: str, name: str = "held") -> None:
-    """Weld what is held to its links, as points.
+    """Weld what is held to its links, as bodies or as points.
 
     Args:
         plant: not finalized.
@@ -212,14 +212,19 @@ def weld_held(plant: Any, held: tuple[Held, ...], source: str, name: str = "held
         name: of the bodies that are added, before their numbers.
 
     Raises:
-        BadInput: there is no such link.
+        BadInput: there is no such link, or no body has such moments.
     """
     for number, one in enumerate(held):
         if not plant.HasBodyNamed(one.link):
             raise BadInput(source, at=f"held[{number}].link", found=one.link, expected="a link of the robot")
         body = plant.GetBodyByName(one.link)
-        point = SpatialInertia(one.m, np.zeros(3), UnitInertia.SolidSphere(1e-3))
-        added = plant.AddRigidBody(f"{name}_{number}", body.model_instance(), point)
+        try:
+            unit = UnitInertia(*(n / one.m for n in one.moments)) if any(one.moments) else UnitInertia.SolidSphere(1e-3)
+            inertia = SpatialInertia(one.m, np.zeros(3), unit)
+        except (RuntimeError, ZeroDivisionError) as error:
+            found = f"moments {', '.join(f'{n:g}' for n in one.moments)} of {one.m:g} kg at {one.link}"
+            raise BadInput(source, at=name, found=found, expected="moments that a body can have") from error
+        added = plant.AddRigidBody(f"{name}_{number}", body.model_instance(), inertia)
         frame = plant.AddFrame(
             FixedOffsetFrame(f"{name}_{number}_on_{one.link}", body, RigidTransform(np.array(one.c)))
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, Number
 from mmt_drake.diagnosis.tell.summary import untried_of
 from mmt_drake.effects.wording import words
@@ -63,6 +64,8 @@ def told(effect: ArmEffectFound) -> str:
     """An effect's numbers: `Fc = 13.9 N m`."""
     parts = []
     for symbol, number in effect.numbers.items():
+        if symbol in ARM_EFFECTS[effect.name].optional:
+            continue  # the report has them
         if isinstance(number, Number):
             parts.append(f"{symbol} = {number.value:.3g}" + (f" {number.unit}" if number.unit != "1" else ""))
         else:

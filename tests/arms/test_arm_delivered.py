@@ -126,9 +126,15 @@ def test_a_constant_force_pushes_along_the_joint(tmp_path: Path) -> None:
         JointEffect("constant_force", "bend", {"F": 0.7}),
         JointEffect("rotor_inertia", "turn", {"I": 0.3}),
         JointEffect("payload", "fore", {"m": 0.6, "cx": 0.3, "cy": 0.02, "cz": -0.03}),
+        JointEffect(
+            "payload",
+            "fore",
+            {"m": 0.6, "cx": 0.3, "cy": 0.0, "cz": 0.0}
+            | {"Ixx": 0.02, "Iyy": 0.05, "Izz": 0.06, "Ixy": 0.004, "Ixz": 0.0, "Iyz": 0.003},
+        ),
         JointEffect("gravity_offset", "", {"rx": 0.02, "ry": -0.03}),
     ],
-    ids=lambda effect: effect.name,
+    ids=lambda effect: f"{effect.name} of {len(effect.parameters)} numbers",
 )
 def test_the_diagram_and_the_torque_that_a_model_predicts_are_of_one_arm(effect: JointEffect, tmp_path: Path) -> None:
     """Driven by the torque that inverse dynamics asks for, the diagram's joints accelerate as in the motion."""
@@ -150,6 +156,13 @@ def test_the_diagram_and_the_torque_that_a_model_predicts_are_of_one_arm(effect:
         off.append(rates - moves.a[at])
     assert len(off) > 5
     assert np.abs(np.median(off, axis=0)).max() < 0.03 * moves.a.std(), np.median(off, axis=0)
+
+
+def test_a_payload_of_moments_that_no_body_has_is_refused(tmp_path: Path) -> None:
+    moments = {"Ixx": 0.5, "Iyy": 0.1, "Izz": 0.1}
+    effect = JointEffect("payload", "fore", {"m": 0.6, "cx": 0.3, "cy": 0.0, "cz": 0.0} | moments)
+    with pytest.raises(BadInput, match=r"payload: found moments 0\.5, 0\.1, 0\.1, .*, expected moments that a body"):
+        arm_diagram(small_arm.model(tmp_path, effects=(effect,)))
 
 
 def test_what_is_held_counts_once_where_links_have_other_numbers(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import small_arm
 from small_arm import JOINTS, Moves
 
 from mmt_drake.arms.arm_file import JointEffect
+from mmt_drake.arms.deliver import arm_diagram
 from mmt_drake.arms.diagnosis import diagnose_arm
 from mmt_drake.arms.laws import ARM_EFFECTS
 
@@ -165,6 +166,10 @@ def test_a_payload_is_found_at_its_link_with_its_place(tmp_path: Path) -> None:
     told = small_arm.values(found, "payload", "fore")
     assert told["m"] == pytest.approx(0.8, rel=0.02)
     assert [told[f"c{axis}"] for axis in "xyz"] == pytest.approx([0.3, 0.03, -0.02], abs=0.01)
+    (kept,) = found.model.effects
+    moments = [float(kept.parameters[f"I{axes}"]) for axes in ("xx", "yy", "zz")]
+    assert all(0.0 <= moment < 0.002 for moment in moments), "it was a point"
+    arm_diagram(found.model)  # refuses what is no body
     assert any("Payload of fore looks like" in note for note in found.notes)
 
 
