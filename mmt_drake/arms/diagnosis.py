@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import signal
 from threadpoolctl import threadpool_limits
 
 from mmt_drake.arms.arm_file import INERTIA, INERTIA_UNITS, ArmModel, JointEffect
@@ -40,6 +39,7 @@ from mmt_drake.arms.verdict import (
 from mmt_drake.arms.wording import summary
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.search.watch import OnAnswer, OnStage, Watch
+from mmt_drake.diagnosis.signals.noise import noise_of
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 
@@ -152,14 +152,11 @@ _STAGES = (_MOTION, AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, _CONSISTENT, _SURE
 
 
 def _noise(log: JointLog, band_hz: float) -> Array:
-    """Mean squared noise of each joint's torque in the band, were it as loud there as far above it [(N m)^2]."""
+    """Mean squared noise of each joint's torque in the band, were it as loud there as just above it [(N m)^2]."""
     rate = 1.0 / float(np.median(np.diff(log.time)))
     even = np.arange(log.time[0], log.time[-1], 1.0 / rate)
-    torque = np.stack([np.interp(even, log.time, column) for column in log.torque.T], 1)
-    frequency, density = signal.welch(torque, rate, nperseg=min(512, len(even)), axis=0)
-    above = frequency > 2.0 * band_hz
-    found: Array = np.median(density[above], axis=0) * band_hz if above.any() else np.zeros(torque.shape[1])
-    return found
+    columns = [np.interp(even, log.time, column) for column in log.torque.T]
+    return np.array([noise_of(column, rate).above(band_hz).density * band_hz for column in columns])
 
 
 def _consistent(fit: SharedFit, x: Array, blocks: Sequence[int]) -> tuple[dict[str, tuple[float, ...]], Array]:
