@@ -13,6 +13,7 @@ GROUPS = {
     "diagnosis": ("diagnosis",),
     "pacing": ("pacing",),
     "haptics": ("haptics",),
+    "arms": ("arms",),
 }
 """Group -> the modules here that measure it."""
 
@@ -21,6 +22,7 @@ _LEADS = {
     "diagnosis": "How long `diagnose` takes on 30 s at 1 kHz with the whole library, and what a cluster makes of it.",
     "pacing": "Set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing.",
     "haptics": "Set-up 1 with an emulated device in the hand at 1 kHz.",
+    "arms": "How long `diagnose` takes on a minute of a Panda's joints at 1 kHz.",
 }
 
 
