@@ -99,11 +99,14 @@ def notes_of(found: Believed, problem: ArmProblem, effects: Sequence[ArmEffectFo
     notes = []
     if found.fit.belief.name == "refit":
         notes.append("Inertial numbers of all links scaled, and a gain of every torque, look alike: one is as good.")
+    alike: dict[tuple[str, str], list[str]] = {}
     for effect in effects:
         for other in effect.looks_like:
-            name = words(effect.name) + (f" of {effect.where}" if effect.where else "")
-            where = ARM_EFFECTS[effect.name].near_equal[other]
-            notes.append(f"{name[0].upper()}{name[1:]} looks like {words(other)} {where}.")
+            alike.setdefault((effect.name, other), []).append(effect.where)
+    for (effect_name, other), places in alike.items():
+        name = words(effect_name) + (f" of {', '.join(places)}" if all(places) else "")
+        where = ARM_EFFECTS[effect_name].near_equal[other]
+        notes.append(f"{name[0].upper()}{name[1:]} looks like {words(other)} {where}.")
     still = [problem.arm.joints[j] for j in range(len(problem.rows)) if j not in problem.moving]
     if still:
         notes.append(f"Joints that did not move, and of which nothing is told: {', '.join(still)}.")

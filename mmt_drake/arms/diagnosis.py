@@ -116,8 +116,7 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
     left = np.array([joint.augmented * joint.spread for joint in joints])
     base = BaseStructure.of(arm, problem.nominal).told([ArmMotion.of(log, model.band_hz) for log in logs], left)
     springs = _springs(arm, augmented, logs)
-    effects, augmented = _with_springs(effects, augmented, [effect for _, effect in springs])
-    effects = with_look_alikes(effects, problem)
+    effects, augmented = _with_springs(with_look_alikes(effects, problem), augmented, [effect for _, effect in springs])
     watch.begin(_AHEAD)
     held_out = [(a, b) for a, b, log in problem.starts[problem.outer] if log == 0.0]
     ahead = None
@@ -248,10 +247,15 @@ def _effect(
 def _springs(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> list[tuple[Deflection, ArmEffectFound]]:
     """Elasticity of joints that have a second encoder behind the gear; it is no part of the torque's error.
 
+    What passes the spring is the torque that was logged, less what the drive's own friction and rotor take: masses of
+    links may have been guessed.
+
     Args:
-        model: with what was found, which says what moves the links.
+        model: with what was found.
     """
-    torques = [prepared(arm, model, log).rigid for log in logs if log.link is not None]
+    own = [e for e in model.effects if ARM_EFFECTS[e.name].block == "friction" or e.name == "rotor_inertia"]
+    every = [prepared(arm, replace(model, effects=tuple(own)), log) for log in logs if log.link is not None]
+    torques = [one.motion.torque - one.motion.filtered(one.believed - one.rigid) for one in every]
     law, found = ARM_EFFECTS["joint_elasticity"], []
     for one in deflections([log for log in logs if log.link is not None], model.band_hz, torques):
         gained = (one.left[0] / one.left[1]) ** 2
@@ -277,11 +281,11 @@ def _with_springs(
 
 def _encoders(arm: ArmPlant, springs: Sequence[tuple[Deflection, ArmEffectFound]]) -> tuple[str, ...]:
     """When the second encoders are read."""
-    return tuple(
-        f"The second encoder of {arm.joints[one.joint]} is read {1e3 * one.late:.2g} ms later than the drive's."
-        for one, _ in springs
-        if abs(one.late) >= _SKEW_S
-    )
+    late = [(arm.joints[one.joint], 1e3 * one.late) for one, _ in springs if abs(one.late) >= _SKEW_S]
+    if not late:
+        return ()
+    said = ", ".join(f"{joint} ({ms:.2g} ms)" for joint, ms in late)
+    return (f"Second encoders are read later than the drives': {said}.",)
 
 
 def _merged(arm: ArmPlant, model: ArmModel, fit: SharedFit, x: Array) -> list[JointEffect]:

@@ -11,7 +11,12 @@ _LISTED = 4
 
 
 def summary(diagnosis: ArmDiagnosis) -> str:
-    """What was found, in a paragraph that a person can act on."""
+    """What was found, in a paragraph that a person can act on, and what goes with it."""
+    return " ".join([found(diagnosis), *diagnosis.notes])
+
+
+def found(diagnosis: ArmDiagnosis) -> str:
+    """The same without the notes."""
     moving = [joint for joint in diagnosis.joints if joint.budget]
     before, after = (
         (sum(getattr(joint, name) ** 2 for joint in moving) / max(len(moving), 1)) ** 0.5
@@ -31,7 +36,7 @@ def summary(diagnosis: ArmDiagnosis) -> str:
         f"Error of the torque on stretches that were not fitted, in parts of its spread: {before:.3g} with the model "
         f"handed in, {after:.3g} with what was found."
     )
-    return " ".join(part for part in (*said, untried_of(diagnosis.untried), *diagnosis.notes) if part)
+    return " ".join(part for part in (*said, untried_of(diagnosis.untried)) if part)
 
 
 def headline(diagnosis: ArmDiagnosis) -> str:

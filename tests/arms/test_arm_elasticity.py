@@ -50,7 +50,8 @@ def test_a_diagnosis_names_the_spring_and_delivers_it(tmp_path: Path) -> None:
     assert ("joint_elasticity", "lift") in small_arm.named(found)
     (one,) = [e for e in found.effects if (e.name, e.where) == ("joint_elasticity", "lift")]
     assert one.certain == "law" and one.value("k") == pytest.approx(STIFFNESS, rel=0.1)
-    assert any("second encoder of lift is read 2 ms later" in note for note in found.notes)
+    assert any("Second encoders" in note and "lift (2 ms)" in note for note in found.notes)
+    assert not any("looks like rotor inertia" in note for note in found.notes), "the encoders tell it"
     (kept,) = [e for e in found.model.effects if e.name == "joint_elasticity"]
     assert kept.parameters["k"] == one.value("k")
 
