@@ -68,7 +68,7 @@ class ProbeCase:
 
 
 @dataclass(frozen=True)
-class Friction:
+class JointFriction:
     """Of the joints, (7,): Fc tanh(v / v_s) + b v."""
 
     dry: Array
@@ -87,7 +87,7 @@ class Friction:
         return (*dry, *viscous)
 
 
-def moved(friction: Friction, rng: np.random.Generator, seconds: float, touching: bool) -> tuple[JointLog, Array]:
+def moved(friction: JointFriction, rng: np.random.Generator, seconds: float, touching: bool) -> tuple[JointLog, Array]:
     """The arm's log under its impedance controller, and the force on its probe (n, 3) [N].
 
     Args:
@@ -182,7 +182,7 @@ def run_case(folder: Path, seed: int, seconds: dict[str, float] | None = None) -
     """
     rng, lasting = np.random.default_rng((seed, 3)), seconds or SECONDS
     strong = np.array([1.0, 1.0, 0.8, 0.8, 0.25, 0.2, 0.15])
-    friction = Friction(strong * rng.uniform(0.4, 1.0, 7), strong * rng.uniform(0.3, 1.0, 7))
+    friction = JointFriction(strong * rng.uniform(0.4, 1.0, 7), strong * rng.uniform(0.3, 1.0, 7))
     factors = rng.uniform(0.9, 1.1, 7)
     model = believed(folder / f"arm-{seed}", factors)
     free, _ = moved(friction, rng, lasting["free"], touching=False)

@@ -9,9 +9,9 @@ from typing import Final
 
 from mmt_drake.analysis.page import Section
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.diagrams.proof.experiments.arms.cases import CASES, ArmResult, run_case
 from mmt_drake.diagrams.proof.studies.processes import results_of
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, Target
+from mmt_drake.diagrams.proof.trial.real.arm_cases import CASES, ArmResult, run_case
 from mmt_drake.effects.wording import words
 
 WITHIN: Final = 1.02
@@ -66,32 +66,6 @@ def _errors_table(results: Sequence[ArmResult]) -> Table:
             rows.append([result.name if j == 0 else "", joint, *errors, _said(result.dry.get(joint, ""))])
     headers = ("arm", "joint", "as handed in", "simple fit", "with what was found", "dry friction")
     return Table(headers, rows, "Error of the torque over its spread, on a log that was not fitted.", digits=3)
-
-
-def named_table(results: Sequence[ArmResult]) -> Table:
-    """A row for each joint: what was named there, and how far the models are off."""
-    rows: list[list[Cell]] = []
-    for r in results:
-        whole = [f"{names} on {place or 'the arm'}" for place, names in r.named.items() if place not in r.joints]
-        if whole:
-            rows.append([r.name, "", words(r.verdict), "; ".join(whole), None, None, None, r.seconds])
-        for j, joint in enumerate(r.joints):
-            first = [r.name, joint, words(r.verdict)] if j == 0 and not whole else ["", joint, ""]
-            seconds = r.seconds if j == 0 and not whole else None
-            errors = (r.handed_in[j], r.found[j], r.simple[j])
-            rows.append([*first, r.named.get(joint, "nothing"), *errors, seconds])
-    headers = (
-        "arm",
-        "joint",
-        "verdict",
-        "named, as certain as",
-        "as handed in",
-        "with what was found",
-        "simple fit",
-        "s",
-    )
-    title = "Arms, joint by joint: error of the torque over its spread, on a log or on blocks that were not fitted."
-    return Table(headers, rows, title, digits=3)
 
 
 def _said(name: str) -> str:

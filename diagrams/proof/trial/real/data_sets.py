@@ -8,8 +8,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Final
 
-from mmt_drake.diagrams.proof.experiments.arms.cases import CASES as ARMS
-from mmt_drake.diagrams.proof.experiments.arms.cases import ArmCase
+from mmt_drake.diagrams.proof.trial.real.arm_cases import CASES as ARMS
+from mmt_drake.diagrams.proof.trial.real.arm_cases import ArmCase
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase, RealPart
 from mmt_drake.diagrams.proof.trial.real.preparation import from_horizontal, from_release, loaded_by_gravity
 from mmt_drake.errors import BadInput

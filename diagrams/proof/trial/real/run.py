@@ -12,12 +12,12 @@ import numpy as np
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.tell.result import Diagnosis, HeldoutNrmse
-from mmt_drake.diagrams.proof.experiments.arms.cases import run_case
-from mmt_drake.diagrams.proof.experiments.arms.report import named_table
 from mmt_drake.diagrams.proof.studies import Asked, Report, Study
 from mmt_drake.diagrams.proof.studies.study import Progress
+from mmt_drake.diagrams.proof.trial.real.arm_cases import ArmResult, run_case
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase
 from mmt_drake.diagrams.proof.trial.real.data_sets import real_arms, real_cases, without_a_case
+from mmt_drake.effects.wording import words
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.numeric.arrays import Array
@@ -194,6 +194,32 @@ def real_table(results: Sequence[RealResult]) -> Table:
         if result.test is not None and result.rmse is not None
     ]
     return Table(headers, rows, "RMS error on recordings that nothing was fitted to, free-running; best published")
+
+
+def named_table(results: Sequence[ArmResult]) -> Table:
+    """A row for each joint: what was named there, and how far the models are off."""
+    rows: list[list[Cell]] = []
+    for r in results:
+        whole = [f"{names} on {place or 'the arm'}" for place, names in r.named.items() if place not in r.joints]
+        if whole:
+            rows.append([r.name, "", words(r.verdict), "; ".join(whole), None, None, None, r.seconds])
+        for j, joint in enumerate(r.joints):
+            first = [r.name, joint, words(r.verdict)] if j == 0 and not whole else ["", joint, ""]
+            seconds = r.seconds if j == 0 and not whole else None
+            errors = (r.handed_in[j], r.found[j], r.simple[j])
+            rows.append([*first, r.named.get(joint, "nothing"), *errors, seconds])
+    headers = (
+        "arm",
+        "joint",
+        "verdict",
+        "named, as certain as",
+        "as handed in",
+        "with what was found",
+        "simple fit",
+        "s",
+    )
+    title = "Arms, joint by joint: error of the torque over its spread, on a log or on blocks that were not fitted."
+    return Table(headers, rows, title, digits=3)
 
 
 def held_out_error(model: Model, recordings: Sequence[Recording]) -> tuple[float, float]:

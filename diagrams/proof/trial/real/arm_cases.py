@@ -13,12 +13,12 @@ from mmt_drake.arms.believed import predicted
 from mmt_drake.arms.diagnosis import diagnose_arm
 from mmt_drake.arms.joint_log import JointLog, load_joint_log
 from mmt_drake.arms.plant import ArmPlant
-from mmt_drake.diagrams.proof.experiments.arms import plants
+from mmt_drake.diagrams.proof.trial.real import arm_plants
 from mmt_drake.effects.wording import words
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.public import FOLDER, public_recordings
 
-_PLANTS: Final = Path(plants.__file__)
+_PLANTS: Final = Path(arm_plants.__file__)
 _UR10E_GAINS: Final = (10.0, 10.70, 8.46, 9.00, 9.48, 10.12)
 _KR300_GEARS: Final = (257.0, 267.0, 252.0, 221.0, 240.0, 154.0)
 _SPEEDS: Final = ("0.05", "0.10", "0.50", "0.90", "1.50")
@@ -31,7 +31,7 @@ class ArmCase:
     Attributes:
         name: of the case.
         folder: of its recordings.
-        robot: its file there; empty: `function` of `plants` makes it.
+        robot: its file there; empty: `function` of `arm_plants` makes it.
         function: see there.
         column, factor: of the torque, see `ArmModel`.
         fitted: logs that are diagnosed.
