@@ -156,7 +156,7 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
     if isinstance(model, DrivenBodyModel) and model.gravity is not None:
         data["gravity"] = asdict(model.gravity)
     if isinstance(model, DrivenBodyModel) and model.controller is not None:
-        data["controller"] = _controller_data(model.controller)
+        data["controller"] = controller_data(model.controller)
     if model.units is not None:
         data["units"] = asdict(model.units)
     if model.window_s is not None:
@@ -235,29 +235,50 @@ def _begun(body: Moved, data: Mapping[str, Any], source: str) -> Moved:
     return replace(body, initial=initial)
 
 
-def _controlled(body: DrivenBodyModel, data: Mapping[str, Any], source: str) -> DrivenBodyModel:
-    known_keys(data, ("kind", "gains", "limits"), source, "controller")
+def parse_controller(data: Mapping[str, Any], source: str, at: str) -> Controller:
+    """A controller, from `kind`, `gains` and `limits`.
+
+    Args:
+        data: as in a file.
+        source: the file, for messages.
+        at: the place in it.
+
+    Raises:
+        BadInput: something in it is none of a controller.
+    """
+    known_keys(data, ("kind", "gains", "limits"), source, at)
     kind: Any = data.get("kind")
     if kind not in get_args(ControllerKind):
         expected = " or ".join(get_args(ControllerKind))
-        raise BadInput(source, at="controller.kind", found=repr(kind), expected=expected)
-    gains = mapping(data.get("gains"), source, "controller.gains")
+        raise BadInput(source, at=f"{at}.kind", found=repr(kind), expected=expected)
+    gains = mapping(data.get("gains"), source, f"{at}.gains")
     wanted = {f"k{part}" for part in kind}
     if set(gains) != wanted:
         found, expected = ", ".join(gains) or "none", f"{', '.join(sorted(wanted))} of a {kind}"
-        raise BadInput(source, at="controller.gains", found=found, expected=expected)
+        raise BadInput(source, at=f"{at}.gains", found=found, expected=expected)
     limits = data.get("limits", [-math.inf, math.inf])
     limits = limits if isinstance(limits, list) else [_negative(limits), limits]
     if len(limits) != 2 or not all(isinstance(x, int | float) and not isinstance(x, bool) for x in limits):
         found, expected = repr(data["limits"]), "[low, high], or one number for both ways"
-        raise BadInput(source, at="controller.limits", found=found, expected=expected)
+        raise BadInput(source, at=f"{at}.limits", found=found, expected=expected)
     try:
-        body = replace(body, controller=Controller(kind, **gains, low=limits[0], high=limits[1]))
+        return Controller(kind, **gains, low=limits[0], high=limits[1])
     except BadInput as error:
-        at = f"controller.{error.at}" if error.source == "controller" else f"parameters.{error.at}"
-        raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
+        where = at if error.at is None else f"{at}.{error.at}"
+        raise BadInput(source, at=where, found=error.found, expected=error.expected) from None
+
+
+def _controlled(body: DrivenBodyModel, data: Mapping[str, Any], source: str) -> DrivenBodyModel:
+    controller = parse_controller(data, source, "controller")
+    try:
+        body = replace(body, controller=controller)
+    except BadInput as error:
+        raise BadInput(source, at=f"parameters.{error.at}", found=error.found, expected=error.expected) from None
     if body.memories and body.window_s is not None:
-        found, expected = f"window_s beside a {kind}", "no windows: what it has integrated is not known in their midst"
+        found, expected = (
+            f"window_s beside a {controller.kind}",
+            "no windows: what it has integrated is not known in their midst",
+        )
         raise BadInput(source, at="controller", found=found, expected=expected)
     return body
 
@@ -266,7 +287,8 @@ def _negative(value: object) -> object:
     return -value if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-def _controller_data(controller: Controller) -> dict[str, Any]:
+def controller_data(controller: Controller) -> dict[str, Any]:
+    """A controller as it stands in a file."""
     data: dict[str, Any] = {"kind": controller.kind}
     data["gains"] = {f"k{part}": getattr(controller, f"k{part}") for part in controller.kind}
     if math.isfinite(controller.low) or math.isfinite(controller.high):

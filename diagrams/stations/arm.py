@@ -80,7 +80,7 @@ def simulated_arm(arm: Arm, start: Array, step: float) -> Diagram:
     builder = DiagramBuilder()
     plant = builder.AddNamedSystem("plant", MultibodyPlant(step))
     plant.SetUseSampledOutputPorts(False)  # the sensor reads what is, not what was a step ago
-    (panda,) = Parser(plant).AddModelsFromString(_without_hand(robot_file(_MODEL)), "urdf")
+    (panda,) = Parser(plant).AddModelsFromString(without_hand(robot_file(_MODEL)), "urdf")
     for number in range(1, 8):
         plant.AddJointActuator(f"joint{number}", plant.GetJointByName(f"panda_joint{number}"))
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("panda_link0"))
@@ -131,7 +131,7 @@ def robot_file(name: str) -> Path:
     return Path(str(found[0].locate()))
 
 
-def _without_hand(model: Path) -> str:
+def without_hand(model: Path) -> str:
     """The model as far as the flange, as URDF; nothing but what moves it is kept."""
     robot = ElementTree.parse(model).getroot()
     for child in list(robot):

@@ -29,7 +29,7 @@ class ArmEffect:
         symbols: its numbers, in the order of files.
         units: theirs, of a joint that turns.
         columns: (motion of a joint, shape) -> (n, k), the torque that its drive has to give [N m] for each of the k
-            numbers being 1; None where the regressor of the links says it.
+            numbers being 1; None where the plant of the arm says it.
         shapes: (motion of the joint) -> shapes that are tried.
         values: (k numbers, shape) -> numbers by symbol.
         coefficients: numbers by symbol -> (k numbers, shape).
@@ -38,7 +38,10 @@ class ArmEffect:
         holds: effects that are special or limiting cases of it.
         replaces: the part of a joint that one law alone may have; empty: it stands beside others.
         equation, source: for people.
-        near_equal: effect -> where logs hardly tell it from this one.
+        near_equal: what logs hardly tell from it -> where: an effect, `link_inertia` (other inertial numbers of a
+            link) or `scaled_inertias` (of all links by one factor).
+        axis: none; effects of a contact have one.
+        optional: symbols that a model file may leave out: they are 0 then.
     """
 
     name: str
@@ -58,6 +61,13 @@ class ArmEffect:
     holds: tuple[str, ...] = ()
     replaces: str = ""
     near_equal: Mapping[str, str] = field(default_factory=dict)
+    axis: str = ""
+    optional: tuple[str, ...] = ()
+
+    @property
+    def reaches_all(self) -> bool:
+        """Whether it changes the torque of other joints than one."""
+        return self.place != "joint" or self.columns is None
 
 
 def of_library(

@@ -15,6 +15,8 @@ import yaml
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.structure import STRUCTURE
 from mmt_drake.errors import BadInput
+from mmt_drake.model.controller import Controller
+from mmt_drake.model_files import controller_data, parse_controller
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import known_keys, mapping, parse, read_text
 
@@ -23,7 +25,19 @@ INERTIA = ("m", "mcx", "mcy", "mcz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 INERTIA_UNITS = ("kg", *["kg m"] * 3, *["kg m^2"] * 6)
 """Theirs."""
 
-_KEYS = ("structure", "robot", "plant", "joints", "gravity", "torque", "held", "band_hz", "links", "effects")
+_KEYS = (
+    "structure",
+    "robot",
+    "plant",
+    "joints",
+    "gravity",
+    "torque",
+    "held",
+    "band_hz",
+    "controller",
+    "links",
+    "effects",
+)
 
 
 @dataclass(frozen=True)
@@ -55,11 +69,13 @@ class Held:
         link: that carries it.
         m: its mass [kg].
         c: its centre in the frame of that link [m], (3,).
+        moments: about its centre, along the axes of that link: xx, yy, zz, xy, xz, yz [kg m^2]; none of them: a point.
     """
 
     link: str
     m: float
     c: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moments: tuple[float, ...] = (0.0,) * 6
 
 
 @dataclass(frozen=True)
@@ -76,6 +92,7 @@ class ArmModel:
             negative where the log counts it the other way; empty: 1.
         held: what is welded to the hand.
         band_hz: motion and torque are compared below this frequency [Hz].
+        controller: that drives the joints, one for all or one a joint, its gains in N m and rad; empty: none is known.
         links: inertial numbers in the place of those of the file: link -> (10,), see `INERTIA`.
         effects: that it has beside.
     """
@@ -89,6 +106,7 @@ class ArmModel:
     factor: tuple[float, ...] = ()
     held: tuple[Held, ...] = ()
     band_hz: float = 8.0
+    controller: tuple[Controller, ...] = ()
     links: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     effects: tuple[JointEffect, ...] = ()
 
@@ -137,6 +155,7 @@ def load_arm_model(path: str | Path) -> ArmModel:
             _held(one, source, f"held[{i}]") for i, one in enumerate(_list(data.get("held") or [], source, "held"))
         ),
         band_hz=_number(data.get("band_hz", 8.0), source, "band_hz", least=0.1),
+        controller=_controllers(data.get("controller") or [], source),
         links={
             str(name): _link(v, source, f"links.{name}")
             for name, v in mapping(data.get("links") or {}, source, "links").items()
@@ -161,6 +180,8 @@ def arm_model_data(model: ArmModel, beside: str | Path) -> dict[str, Any]:
     if model.held:
         data["held"] = [{"link": h.link, "m": h.m, "c": list(h.c)} for h in model.held]
     data["band_hz"] = model.band_hz
+    if model.controller:
+        data["controller"] = [controller_data(one) for one in model.controller]
     if model.links:
         data["links"] = {name: dict(zip(INERTIA, map(float, v), strict=True)) for name, v in model.links.items()}
     if model.effects:
@@ -178,6 +199,12 @@ def save_arm_model(model: ArmModel, path: str | Path) -> Path:
     with replacing(Path(path)) as partial:
         partial.write_text(text)
     return Path(path)
+
+
+def _controllers(value: object, source: str) -> tuple[Controller, ...]:
+    every = [value] if isinstance(value, dict) else _list(value, source, "controller")
+    places = ["controller"] if isinstance(value, dict) else [f"controller[{i}]" for i in range(len(every))]
+    return tuple(parse_controller(mapping(one, source, at), source, at) for one, at in zip(every, places, strict=True))
 
 
 def _list(value: object, source: str, at: str) -> list[Any]:
@@ -229,11 +256,13 @@ def _effect(value: object, source: str, at: str) -> JointEffect:
     if place and not isinstance(data.get(law.place), str):
         raise BadInput(source, at=f"{at}.{law.place}", found=repr(data.get(law.place)), expected=f"a {law.place}")
     parameters = mapping(data.get("parameters") or {}, source, f"{at}.parameters")
-    if set(parameters) != set(law.symbols):
+    if not set(law.symbols) - set(law.optional) <= set(parameters) <= set(law.symbols):
         found = ", ".join(map(str, parameters)) or "none"
-        raise BadInput(source, at=f"{at}.parameters", found=found, expected=", ".join(law.symbols))
+        expected = ", ".join(s + " (or not)" if s in law.optional else s for s in law.symbols)
+        raise BadInput(source, at=f"{at}.parameters", found=found, expected=expected)
     values: dict[str, float | str] = {
         s: str(parameters[s]) if s == "joint" else _number(parameters[s], source, f"{at}.parameters.{s}")
         for s in law.symbols
+        if s in parameters
     }
     return JointEffect(name, str(data.get(law.place, "")), values)

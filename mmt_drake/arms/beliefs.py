@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mmt_drake.arms.folds import Folds
 from mmt_drake.arms.laws import ARM_EFFECTS
-from mmt_drake.arms.problem import ArmProblem, Folds
+from mmt_drake.arms.problem import ArmProblem
 from mmt_drake.arms.search import BY_CHANCE, RARE, JointSearch, JointSet, chance_better
 from mmt_drake.arms.shared_fit import Belief, SharedFit
+from mmt_drake.diagnosis.search.watch import NOTHING, Watch
+from mmt_drake.effects.wording import words
 from mmt_drake.numeric.arrays import Array
 
 LOOSE = (0.1, 0.3, 1.0, 3.0)
@@ -20,8 +23,16 @@ _FREE_SAMPLES = 0.05
 AS_WELL = 1.25
 """One belief explains as well as another if it leaves no more than so many times as much: the simpler one is taken, and
 what is rare is not named where other links explain a joint as well."""
+_AS_MUCH = 1.02
+"""Of two effects that look alike the first of the list is taken, if it leaves no more than so many times as much."""
+_SAID = 3
+"""Effects that are named while it still looks; more are counted."""
 GAIN = 0.05
 """A belief beyond the file earns its place by so much of the squared error of all joints, in the geometric mean."""
+
+AS_THE_FILE_SAYS, OTHER_LINKS = "the links as the file says", "other inertial numbers of the links"
+WHOLE_ARM = "a payload, the direction of gravity, a delay"
+"""Stages of the search."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +78,7 @@ def joint_search(problem: ArmProblem, belief: Belief, joint: int) -> JointSearch
     row = problem.rows[joint]
     prior = None if belief.prior is None else belief.prior * row.spread(problem.inner) ** 2 * _FREE_SAMPLES
     held = [t for h in belief.held for t in row.terms if (t.effect, t.where) == (h.effect, h.where)]
-    return JointSearch(row, Folds(row, problem.inner, prior), held)
+    return JointSearch(row, Folds(row.sums, problem.inner, prior), held)
 
 
 def _left_out(belief: Belief, without: frozenset[str]) -> frozenset[str]:
@@ -83,7 +94,7 @@ def _refits(problem: ArmProblem) -> Iterator[Belief]:
 
 def _whole_arm(problem: ArmProblem) -> Iterator[Belief]:
     for term in problem.rows[problem.moving[0]].terms:
-        if ARM_EFFECTS[term.effect].place != "joint":
+        if ARM_EFFECTS[term.effect].reaches_all:
             yield Belief(term.effect, (term,))
 
 
@@ -109,37 +120,87 @@ def is_sensible(found: Believed) -> bool:
     return True
 
 
-def settled(problem: ArmProblem, on_stage: Callable[[str], None]) -> tuple[Believed, list[Believed]]:
+def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, list[Believed]]:
     """The belief that is delivered, the simplest that no other one beats; and all that were tried.
+
+    What every joint may have is always tried beside the links as the file says; the rest while there is time.
 
     Args:
         problem: what is to be explained.
-        on_stage: called with what is being done.
+        watch: the clock.
+        noise: (joints,) mean squared noise of the torque [(N m)^2].
     """
+
+    def tried_in_time(beliefs: Sequence[Belief]) -> Iterator[Believed]:
+        for number, belief in enumerate(beliefs):
+            if watch.is_late():
+                watch.miss(b.said for b in beliefs[number:])
+                return
+            watch.did(belief.said, number, len(beliefs))
+            one = searched(problem, belief, weights, plain)
+            watch.saw(_names(one), _over_noise(one, noise))
+            yield one
+
     plain = dict.fromkeys(problem.moving, RARE)
-    on_stage("the links as the file says")
+    watch.begin(AS_THE_FILE_SAYS)
     first = searched(problem, Belief("none"), np.ones(len(problem.rows)), plain)
     left = np.full(len(problem.rows), np.inf)
     for j in problem.moving:
         left[j] = max(float(np.nanmean(first.fit.held_out[j])), 1e-12)
     weights = 1.0 / left
-    none = searched(problem, Belief("none"), weights)
-    on_stage("other inertial numbers of the links")
-    refits = [searched(problem, belief, weights, plain) for belief in _refits(problem)]
-    on_stage("a payload, the direction of gravity, a delay")
-    arms = [b for b in (searched(problem, belief, weights, plain) for belief in _whole_arm(problem)) if is_sensible(b)]
+    watch.saw(NOTHING, _over_noise(replace(first, fit=replace(first.fit, sets={})), noise))
+    watch.saw(_names(first), _over_noise(first, noise))
+    watch.answer()
+    none = replace(first, fit=replace(first.fit, weights=weights))
+    if watch.is_late():
+        watch.miss(sorted(RARE))
+    else:
+        none = searched(problem, Belief("none"), weights)
+    watch.begin(OTHER_LINKS)
+    refits = list(tried_in_time(list(_refits(problem))))
+    watch.begin(WHOLE_ARM)
+    arms = [b for b in tried_in_time(list(_whole_arm(problem))) if is_sensible(b)]
     # What is rare is not taken on a joint where other links explain as much.
     doubtful = {j: RARE for j in problem.moving if any(_explains(b, none, j) for b in (*refits, *arms))}
     if any(none.sets[j].names & RARE for j in doubtful):
         none = searched(problem, Belief("none"), weights, doubtful)
-    refit = min(refits, key=lambda b: b.cost)
     tried = [none, *arms, *refits]
+    # A spring in a joint draws a little of any error of the links: it has to explain more than other links do.
+    arms = [b for b in arms if b.fit.belief.name != "joint_elasticity" or all(better(b, r) for r in refits)]
     arms.sort(key=lambda b: b.cost)
-    if arms and better(arms[0], none) and arms[0].cost < refit.cost + np.log(AS_WELL):
+    arms[:1] = sorted((b for b in arms[:2] if _alike(b, arms[0])), key=lambda b: tried.index(b))[:1]
+    refit = min(refits, key=lambda b: b.cost, default=none)
+    if arms and better(arms[0], none) and (not refits or arms[0].cost < refit.cost + np.log(AS_WELL)):
         best = arms[0]
     else:
         best = refit if better(refit, none) else none
-    return (best if best is none else searched(problem, best.fit.belief, weights)), tried
+    if best is not none and watch.is_late():
+        watch.miss(sorted(RARE))
+    elif best is not none:
+        best = searched(problem, best.fit.belief, weights)
+    return best, tried
+
+
+def _alike(one: Believed, best: Believed) -> bool:
+    """Whether a belief is of the family of the best one, of the same place, and explains as much."""
+    law, other = (ARM_EFFECTS[b.fit.belief.name] for b in (one, best))
+    same = (law.family, one.fit.belief.held[0].where) == (other.family, best.fit.belief.held[0].where)
+    return same and one.cost < best.cost + np.log(_AS_MUCH)
+
+
+def _names(one: Believed) -> str:
+    """What a belief adds to the model, in a few words."""
+    joints = one.fit.problem.arm.joints
+    every = [f"{t.effect} on {joints[j]}" for j, s in one.sets.items() for t in s.terms]
+    said = ([] if one.fit.belief.name == "none" else [one.fit.belief.said]) + every[:_SAID]
+    return words(" and ".join(said + ([f"{len(every) - _SAID} more"] if len(every) > _SAID else []))) or NOTHING
+
+
+def _over_noise(one: Believed, noise: Array) -> float:
+    """RMS of what is left over the noise, in the geometric mean of the joints that move."""
+    moving = list(one.sets)
+    left = np.nanmean(one.fit.held_out[moving], axis=1) / np.maximum(noise[moving], 1e-300)
+    return float(np.exp(0.5 * np.log(np.maximum(left, 1e-300)).mean()))
 
 
 def _explains(other: Believed, own: Believed, joint: int) -> bool:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mmt_drake.arms.arm_effect import Shape
 from mmt_drake.arms.arm_file import ArmModel, JointEffect
+from mmt_drake.arms.elasticity import softened
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS
@@ -29,6 +30,7 @@ class PreparedLog:
         asked: torque for one unit of each inertial number.
         rigid: (n, joints) torque that moves the links as believed [N m].
         believed: (n, joints) the same with the model's effects.
+        softened: (n, joints, joints) what one unit of compliance of each joint, the last index, adds to the torque.
     """
 
     log: JointLog
@@ -36,21 +38,25 @@ class PreparedLog:
     asked: Regressor
     rigid: Array
     believed: Array
+    softened: Array
 
-    def joint(self, j: int, ripples: tuple[float, ...] = ()) -> JointMotion:
+    def joint(self, j: int, ripples: tuple[float, ...] = (), delays: tuple[float, ...] = (0.0,)) -> JointMotion:
         """The motion of one joint.
 
         Args:
             j: its number.
             ripples: periods that are to be tried [rad].
+            delays: the same [s].
         """
         motion, jerk = self.motion, self.motion.jerk[:, j]
         q, v, a = motion.q[:, j], motion.v[:, j], motion.a[:, j]
-        return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk, ripples)
+        return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk, ripples, delays)
 
     def columns(self, arm: ArmPlant, effect: str, where: str, shape: Shape, j: int, nominal: Array) -> Array | None:
         """Torque of joint j for one unit of each number of an effect (n, k); None where it has no part there."""
         law = ARM_EFFECTS[effect]
+        if law.place == "joint" and law.reaches_all:
+            return self.softened[:, j, arm.joints.index(where)][:, None]
         if law.place == "joint" and arm.joints[j] != where:
             return None
         if law.columns is not None:
@@ -76,11 +82,14 @@ def inertias(arm: ArmPlant, model: ArmModel) -> Array:
 
 
 def check_places(arm: ArmPlant, model: ArmModel) -> None:
-    """Refuse effects at joints or links that are not there.
+    """Refuse effects at joints or links that are not there, and another number of controllers.
 
     Raises:
         BadInput: so they are.
     """
+    if len(model.controller) not in (0, 1, len(arm.joints)):
+        expected = f"1, or {len(arm.joints)}: one for each joint"
+        raise BadInput(model.source, at="controller", found=f"{len(model.controller)} controllers", expected=expected)
     known: Mapping[str, Sequence[str]] = {"joint": arm.joints, "link": arm.links, "arm": ("",)}
     for number, effect in enumerate(model.effects):
         place = ARM_EFFECTS[effect.name].place
@@ -114,7 +123,7 @@ def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:
     asked = regressor(arm, motion.q, motion.v, motion.a)
     numbers = inertias(arm, model)
     rigid = asked.inertial @ numbers.ravel()
-    bare = PreparedLog(log, motion, asked, rigid, rigid)
+    bare = PreparedLog(log, motion, asked, rigid, rigid, softened(arm, numbers, motion, rigid))
     believed = rigid.copy()
     for effect in model.effects:
         x, shape = coefficients(arm, effect)
@@ -122,7 +131,7 @@ def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:
             columns = bare.columns(arm, effect.name, effect.where, shape, j, numbers)
             if columns is not None:
                 believed[:, j] += columns @ x
-    return PreparedLog(log, motion, asked, rigid, believed)
+    return replace(bare, believed=believed)
 
 
 @dataclass(frozen=True)

@@ -8,24 +8,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from mmt_drake.arms.arm_file import ArmModel, Held
 from mmt_drake.arms.believed import inertias
 from mmt_drake.arms.joint_effects import JointEffects
-from mmt_drake.arms.plant import ArmPlant, weld_held
+from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.plant import ArmPlant, give_links, weld_held
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.atomic import replacing
-
-
-def spatial_inertia(numbers: Array) -> Any:
-    """Drake's spatial inertia of a link's ten numbers (10,)."""
-    mass = float(numbers[0])
-    rotational = RotationalInertia(*(float(n) / mass for n in numbers[4:]))
-    unit = UnitInertia(rotational)
-    return SpatialInertia(mass, np.asarray(numbers[1:4]) / mass, unit)
 
 
 def write_urdf(model: ArmModel, path: str | Path) -> Path:
@@ -82,7 +74,7 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
 
     `torque` (joints,) [N m] is what the drives give to the recorded joints, `state` the plant's: positions, velocities.
     Friction, springs, ripples, offsets and drag act as in the model; inertias of rotors are the plant's own; gains and
-    delays of the log, which no arm feels, do not. What is held, and payloads, are points welded to their links; gravity
+    delays of the log, which no arm feels, do not. What is held, and payloads, are welded to their links; gravity
     is turned as the model says.
 
     Args:
@@ -112,13 +104,15 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
 
 
 def _payloads(model: ArmModel) -> tuple[Held, ...]:
-    """Payloads among the effects of a model, as points."""
-    points = []
+    """Payloads among the effects of a model, as bodies."""
+    bodies = []
     for effect in model.effects:
         if effect.name == "payload":
+            law = ARM_EFFECTS[effect.name]
             m, x, y, z = (float(effect.parameters[symbol]) for symbol in ("m", "cx", "cy", "cz"))
-            points.append(Held(effect.where, m, (x, y, z)))
-    return tuple(points)
+            moments = tuple(float(effect.parameters.get(symbol, 0.0)) for symbol in law.optional)
+            bodies.append(Held(effect.where, m, (x, y, z), moments))
+    return tuple(bodies)
 
 
 def set_links(model: ArmModel, plant: Any, context: Any) -> None:
@@ -133,8 +127,4 @@ def set_links(model: ArmModel, plant: Any, context: Any) -> None:
     """
     arm = ArmPlant.of(model)
     inertias(arm, model)  # refuses links that are not there
-    nothing = SpatialInertia(1e-9, np.zeros(3), UnitInertia.SolidSphere(1e-3))
-    for name, numbers in model.links.items():
-        for hung in arm.hung_on(name):
-            plant.GetBodyByName(hung).SetSpatialInertiaInBodyFrame(context, nothing)
-        plant.GetBodyByName(name).SetSpatialInertiaInBodyFrame(context, spatial_inertia(np.asarray(numbers)))
+    give_links(arm, plant, context, model.links)

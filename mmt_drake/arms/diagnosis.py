@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import signal
+from threadpoolctl import threadpool_limits
 
 from mmt_drake.arms.arm_file import INERTIA, INERTIA_UNITS, ArmModel, JointEffect
 from mmt_drake.arms.base_parameters import BaseStructure
-from mmt_drake.arms.beliefs import Believed, settled
-from mmt_drake.arms.believed import check_places
+from mmt_drake.arms.beliefs import AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, Believed, settled
+from mmt_drake.arms.believed import check_places, prepared
+from mmt_drake.arms.conclusion import notes_of, verdict_of, whole_budget, with_look_alikes
 from mmt_drake.arms.consistency import nearest_consistent
+from mmt_drake.arms.elasticity import Deflection, deflections
 from mmt_drake.arms.forward import forward
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
-from mmt_drake.arms.problem import ArmProblem, Term, arm_problem
+from mmt_drake.arms.problem import Term, arm_problem
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Number
 from mmt_drake.arms.shared_fit import SharedFit
+from mmt_drake.arms.signs import check_signs
 from mmt_drake.arms.verdict import (
+    LEAVES,
     Certainty,
     arm_certainty,
     certainty,
@@ -32,71 +37,93 @@ from mmt_drake.arms.verdict import (
     without_idle_numbers,
 )
 from mmt_drake.arms.wording import summary
-from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart
+from mmt_drake.diagnosis.decide.budget import BudgetPart
+from mmt_drake.diagnosis.search.watch import OnAnswer, OnStage, Watch
+from mmt_drake.diagnosis.signals.noise import noise_of
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 
-EXPLAINED = 0.02
-"""Of the mismatch may be nameless where it is said to be explained ..."""
-PARTLY = 0.2
-"""... and what has names takes at least this part of it, where it is said to be so in part."""
-UNTOLD = 0.1
-"""Where no more than this is nameless, but most of it could be one law or another, the answer is ambiguous."""
-NEAR_ENOUGH = 0.03
-"""A model for which nothing is found, and which is off by no more than this part of the torque's spread on most joints,
-has nothing missing that shows: smooth motion blurs every reversal."""
-NOISE_ALONE = 1.5
-"""A model that leaves no more than so many times the noise of the torque, in RMS, has nothing missing that shows."""
+_SKEW_S = 1e-4
+"""Of two encoders, that is told."""
+SEARCHING = 0.6
+"""Share of the time budget for the search; the rest is for how sure its names are."""
 
 
 def diagnose_arm(
-    logs: Sequence[JointLog], model: ArmModel, *, on_stage: Callable[[str], None] = lambda _: None
+    logs: Sequence[JointLog],
+    model: ArmModel,
+    *,
+    on_stage: OnStage = lambda _: None,
+    on_answer: OnAnswer = lambda _: None,
+    time_budget: float = math.inf,
 ) -> ArmDiagnosis:
     """Say whether a model explains logs of an arm, and if not, what physics it leaves out.
 
     Args:
         logs: of one arm.
         model: what the simulation believes in.
-        on_stage: called with what is being done.
+        on_stage: called with what is being done, and what comes after it.
+        on_answer: called once, with what is known when every joint has been searched beside the links as they are.
+        time_budget: how long it may look for effects [s]; what it had no time for is listed (`ArmDiagnosis.untried`).
+            Every joint is searched beside the links as they are, however long that takes.
 
     Raises:
-        BadInput: the logs are none of this arm, too short, or nothing moves in them.
+        BadInput: the logs are none of this arm, too short, nothing moves in them, or torques have the other sign.
+        KeyboardInterrupt: its text is what was known by then.
     """
-    begun = time.perf_counter()
     if not logs:
         raise BadInput("recordings", found="none", expected="one or more logs of joints")
+    watch = Watch(_STAGES, on_stage, time_budget, on_answer)
+    with threadpool_limits(limits=1, user_api="blas"):  # matrices are small: threads would only wait for each other
+        try:
+            return _diagnosed(logs, model, watch)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(watch.so_far) from None
+
+
+def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDiagnosis:
+    begun = time.perf_counter()
     arm = ArmPlant.of(model)
     check_places(arm, model)
-    on_stage("motion and regressor")
+    watch.begin(_MOTION)
     problem = arm_problem(arm, model, logs)
-    found, tried = settled(problem, on_stage)
+    check_signs(problem, logs[0].source)
+    noise = np.mean([_noise(log, model.band_hz) for log in logs], axis=0)
+    with watch.within(SEARCHING):
+        found, tried = settled(problem, watch, noise)
     found = without_idle_numbers(found)
     every = list(range(len(problem.starts)))
-    on_stage("numbers that a real arm can have")
+    watch.begin(_CONSISTENT)
     links, whole = _consistent(found.fit, found.fit.fitted(every), every)
     while (idle := forbidden(found, whole)) is not None:  # beside links that a real arm can have
         found = without(found, *idle)
         links, whole = _consistent(found.fit, found.fit.fitted(every), every)
     x, half = found.fit.fitted(problem.inner), found.fit.deviations(found.fit.fitted(every), every)
-    on_stage("how sure each name is")
-    told = {j: certainty(problem, found, j) for j in found.sets}
+    watch.begin(_SURE)
+    told = {j: certainty(problem, found, j, watch) for j in found.sets}
     refits = [b for b in tried if b.fit.belief.name == "refit"]
-    links_alone = replace(min(refits, key=lambda b: b.cost).fit, sets={})
+    links_alone = replace(min(refits or tried, key=lambda b: b.cost).fit, sets={})
     refit = links_alone.errors(links_alone.fitted(problem.inner), problem.outer)
-    noise = np.mean([_noise(log, model.band_hz) for log in logs], axis=0)
     joints = tuple(
         _joint(found.fit, x, j, told.get(j, []), float(refit[j]), float(noise[j])) for j in range(len(arm.joints))
     )
-    budget = _whole_budget(joints)
+    joints = joints if refits else tuple(replace(joint, refit=None) for joint in joints)
+    budget = whole_budget(joints)
     effects = _effects(arm, model, found, tried, told, whole, half, joints, budget)
     augmented = model.with_found(_merged(arm, model, found.fit, whole), links)
-    verdict = _verdict(found, joints, effects, budget)
+    verdict = verdict_of(found, joints, effects, budget)
     parameters, untold = _parameters(found.fit, links, whole, half, every)
     left = np.array([joint.augmented * joint.spread for joint in joints])
     base = BaseStructure.of(arm, problem.nominal).told([ArmMotion.of(log, model.band_hz) for log in logs], left)
-    on_stage("simulation forward")
+    springs = _springs(arm, augmented, logs)
+    effects, augmented = _with_springs(with_look_alikes(effects, problem), augmented, [effect for _, effect in springs])
+    watch.begin(_AHEAD)
     held_out = [(a, b) for a, b, log in problem.starts[problem.outer] if log == 0.0]
-    ahead = forward(model, logs[0], held_out), forward(augmented, logs[0], held_out)
+    ahead = None
+    if watch.is_late():
+        watch.miss([_AHEAD])
+    else:
+        ahead = forward(model, logs[0], held_out), forward(augmented, logs[0], held_out)
     diagnosis = ArmDiagnosis(
         verdict,
         "",
@@ -111,26 +138,33 @@ def diagnose_arm(
         round(time.perf_counter() - begun, 2),
         ahead,
         found.fit.belief.name,
-        _notes(found, problem),
+        (*notes_of(found, problem, effects), *_encoders(arm, springs)),
         base,
+        watch.missed,
     )
     return replace(diagnosis, summary=summary(diagnosis))
 
 
+_MOTION, _CONSISTENT = "motion and regressor", "numbers that a real arm can have"
+_SURE, _AHEAD = "how sure each name is", "windows of forward simulation"
+_STAGES = (_MOTION, AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, _CONSISTENT, _SURE, _AHEAD)
+
+
 def _noise(log: JointLog, band_hz: float) -> Array:
-    """Mean squared noise of each joint's torque in the band, were it as loud there as far above it [(N m)^2]."""
+    """Mean squared noise of each joint's torque in the band, were it as loud there as just above it [(N m)^2]."""
     rate = 1.0 / float(np.median(np.diff(log.time)))
     even = np.arange(log.time[0], log.time[-1], 1.0 / rate)
-    torque = np.stack([np.interp(even, log.time, column) for column in log.torque.T], 1)
-    frequency, density = signal.welch(torque, rate, nperseg=min(512, len(even)), axis=0)
-    above = frequency > 2.0 * band_hz
-    found: Array = np.median(density[above], axis=0) * band_hz if above.any() else np.zeros(torque.shape[1])
-    return found
+    columns = [np.interp(even, log.time, column) for column in log.torque.T]
+    return np.array([noise_of(column, rate).above(band_hz).density * band_hz for column in columns])
 
 
 def _consistent(fit: SharedFit, x: Array, blocks: Sequence[int]) -> tuple[dict[str, tuple[float, ...]], Array]:
-    """The links' numbers as a real arm can have them, where they are not the file's, and all numbers with these."""
-    at = fit.numbers_of_links
+    """The links' numbers as a real arm can have them, where they are not the file's, and all numbers with these.
+
+    Of a payload the same: its own numbers are those of a body.
+    """
+    payload = [numbers for term, numbers in fit.numbers_held if ARM_EFFECTS[term.effect].place == "link"]
+    at = payload[0] if payload else fit.numbers_of_links
     if not at:
         return {}, x
     matrix, right = fit.sums(blocks)
@@ -138,13 +172,15 @@ def _consistent(fit: SharedFit, x: Array, blocks: Sequence[int]) -> tuple[dict[s
     hessian = matrix + np.diag(fit.prior)
     across = np.linalg.lstsq(hessian[np.ix_(rest, rest)], hessian[np.ix_(rest, at)], rcond=None)[0] if rest else None
     weight = hessian[np.ix_(at, at)] - (hessian[np.ix_(at, rest)] @ across if across is not None else 0.0)
-    believed = fit.problem.nominal.reshape(-1, 10)
-    numbers = nearest_consistent(believed + x[at].reshape(-1, 10), weight, believed)
+    believed = np.zeros((1, 10)) if payload else fit.problem.nominal.reshape(-1, 10)
+    numbers = nearest_consistent(believed + x[at].reshape(-1, 10), weight, x[at][None] if payload else believed)
     moved = x.copy()
     moved[at] = (numbers - believed).ravel()
     if rest:
         block = matrix[np.ix_(rest, rest)]
         moved[rest] = np.linalg.lstsq(block, right[rest] - matrix[np.ix_(rest, at)] @ moved[at], rcond=1e-10)[0]
+    if payload:
+        return {}, moved
     return dict(zip(fit.problem.links, (tuple(map(float, row)) for row in numbers), strict=True)), moved
 
 
@@ -161,19 +197,6 @@ def _joint(fit: SharedFit, x: Array, j: int, told: Sequence[Certainty], refit: f
     floor = min(float(np.sqrt(noise)) / spread, augmented)
     budget = joint_budget(fit, j, x, told, noise)
     return JointReport(name, True, spread, nominal, min(links, nominal), augmented, floor, budget)
-
-
-def _whole_budget(joints: Sequence[JointReport]) -> tuple[BudgetPart, ...]:
-    """The mean of the joints' budgets, each weighed by its nominal error over its spread, squared."""
-    shares: dict[str, float] = {}
-    moving = [joint for joint in joints if joint.budget]
-    total = sum(joint.nominal**2 for joint in moving)
-    for joint in moving:
-        for part in joint.budget:
-            shares[part.part] = shares.get(part.part, 0.0) + part.share * joint.nominal**2 / total
-    last = (SHARED, NAMELESS, NOISE)
-    names = sorted(shares, key=lambda name: (name in last and last.index(name) + 1, -shares[name]))
-    return tuple(BudgetPart(name, shares[name]) for name in names)
 
 
 def _effects(
@@ -217,8 +240,52 @@ def _effect(
         unit = unit if turns else unit.replace("N m", "N").replace("rad", "m").replace("kg m^2", "kg")
         a, b = sorted((float(low[symbol]), float(high[symbol])))
         value = float(values[symbol])
-        numbers[symbol] = Number(value, unit, (a, b) if a < value < b else None)
+        numbers[symbol] = Number(value, unit, (a, b) if a < value < b and math.isfinite(b - a) else None)
     return ArmEffectFound(law.name, law.family, law.block, term.where, depth, numbers, share, instead)
+
+
+def _springs(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> list[tuple[Deflection, ArmEffectFound]]:
+    """Elasticity of joints that have a second encoder behind the gear; it is no part of the torque's error.
+
+    What passes the spring is the torque that was logged, less what the drive's own friction and rotor take: masses of
+    links may have been guessed.
+
+    Args:
+        model: with what was found.
+    """
+    own = [e for e in model.effects if ARM_EFFECTS[e.name].block == "friction" or e.name == "rotor_inertia"]
+    every = [prepared(arm, replace(model, effects=tuple(own)), log) for log in logs if log.link is not None]
+    torques = [one.motion.torque - one.motion.filtered(one.believed - one.rigid) for one in every]
+    law, found = ARM_EFFECTS["joint_elasticity"], []
+    for one in deflections([log for log in logs if log.link is not None], model.band_hz, torques):
+        gained = (one.left[0] / one.left[1]) ** 2
+        depth = next((d for d in ("law", "family", "block") if gained > LEAVES[d]), None)
+        k = Number(one.stiffness, law.units[0], one.interval)
+        where = arm.joints[one.joint]
+        found.append((one, ArmEffectFound(law.name, law.family, law.block, where, depth, {"k": k}, 0.0)))
+    return found
+
+
+def _with_springs(
+    effects: Sequence[ArmEffectFound], model: ArmModel, springs: Sequence[ArmEffectFound]
+) -> tuple[tuple[ArmEffectFound, ...], ArmModel]:
+    """Effects and model with what second encoders tell, in the place of what the torque tells of the same."""
+    keys = {(spring.name, spring.where) for spring in springs}
+    kept = [effect for effect in model.effects if (effect.name, effect.where) not in keys]
+    known = {(effect.name, effect.where) for effect in model.effects} - {(e.name, e.where) for e in effects}
+    new = [s for s in springs if (s.name, s.where) not in known]  # else it is a value that the model has already
+    sure = [JointEffect(s.name, s.where, {"k": s.value("k")}) for s in springs if s.certain]
+    found = (*(effect for effect in effects if (effect.name, effect.where) not in keys), *new)
+    return found, replace(model, effects=(*kept, *sure))
+
+
+def _encoders(arm: ArmPlant, springs: Sequence[tuple[Deflection, ArmEffectFound]]) -> tuple[str, ...]:
+    """When the second encoders are read."""
+    late = [(arm.joints[one.joint], 1e3 * one.late) for one, _ in springs if abs(one.late) >= _SKEW_S]
+    if not late:
+        return ()
+    said = ", ".join(f"{joint} ({ms:.2g} ms)" for joint, ms in late)
+    return (f"Second encoders are read later than the drives': {said}.",)
 
 
 def _merged(arm: ArmPlant, model: ArmModel, fit: SharedFit, x: Array) -> list[JointEffect]:
@@ -263,39 +330,3 @@ def _parameters(
         if sure:
             parameters[link] = sure
     return parameters, {link: symbols for link, symbols in untold.items() if symbols}
-
-
-def _verdict(
-    found: Believed, joints: Sequence[JointReport], effects: Sequence[ArmEffectFound], budget: Sequence[BudgetPart]
-) -> str:
-    shares = {part.part: part.share for part in budget}
-    moving = [joint for joint in joints if joint.budget]
-    named = sum(share for name, share in shares.items() if name not in (PARAMETERS, SHARED, NAMELESS, NOISE))
-    if all(joint.nominal <= NOISE_ALONE * max(joint.noise, 1e-9) for joint in moving):
-        return "no_mismatch"
-    if not effects and found.fit.belief.name == "none" and np.median([j.nominal for j in moving]) <= NEAR_ENOUGH:
-        return "no_mismatch"
-    nameless, shared = shares.get(NAMELESS, 0.0), shares.get(SHARED, 0.0)
-    if shared > named and nameless <= UNTOLD:
-        return "ambiguous"
-    if any(effect.certain for effect in effects):
-        if nameless + shared <= EXPLAINED:
-            return "missing_physics"
-        left = named + shared + nameless
-        return "partly_explained" if named >= PARTLY or named >= 0.5 * left else "unexplained"
-    if found.fit.belief.name == "refit" and shares.get(PARAMETERS, 0.0) >= 1.0 - PARTLY:
-        return "parameters"
-    return "unexplained"
-
-
-def _notes(found: Believed, problem: ArmProblem) -> tuple[str, ...]:
-    notes = []
-    if found.fit.belief.name == "refit":
-        notes.append("Inertial numbers of all links scaled, and a gain of every torque, look alike: one is as good.")
-    for term, _ in found.fit.numbers_held:
-        for other, where in ARM_EFFECTS[term.effect].near_equal.items():
-            notes.append(f"{term.effect} of {term.where} looks like {other}: {where}.")
-    still = [problem.arm.joints[j] for j in range(len(problem.rows)) if j not in problem.moving]
-    if still:
-        notes.append(f"Joints that did not move, and of which nothing is told: {', '.join(still)}.")
-    return tuple(notes)

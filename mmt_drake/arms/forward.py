@@ -13,19 +13,21 @@ from pydrake.trajectories import PiecewisePolynomial
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.believed import prepared
 from mmt_drake.arms.deliver import arm_diagram, set_links
+from mmt_drake.arms.joint_effects import IN_THE_LOG
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
+from mmt_drake.model.controller import Controller
 from mmt_drake.numeric.arrays import Array
 
 WINDOW_S = 0.2
 """Length of a window: an arm in open loop leaves its way soon, whatever the model."""
 _MOST = 12
+_TICK_S = 1e-3
+"""At which controllers of arms put out a torque."""
 _ACCURACY = 1e-3
 _MOST_STEPS = 3000
 """Integration steps of a window; a plant that asks for more is so stiff that nobody would simulate it so."""
-_IN_THE_LOG = ("torque_gain", "time_delay", "joint_coupling")
-"""Effects that are in the log alone: they are taken off its torque."""
 
 
 @dataclass(frozen=True)
@@ -37,15 +39,20 @@ class ForwardErrors:
             simulated.
         way: (joints,) RMS of the way from where each window began.
         windows: how many.
+        closed: whether the arm's controller held it to what was recorded.
     """
 
     rms: Array
     way: Array
     windows: int
+    closed: bool = False
 
 
 def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]) -> ForwardErrors:
     """Simulate an arm under its recorded torque over windows, each from the recorded state.
+
+    Where the model has a controller, that adds what it puts out for the way that the joints are off: what of the
+    recorded torque it did not make, such as the torque of gravity that is given beforehand, stays as it was.
 
     Args:
         model: of the arm.
@@ -53,7 +60,10 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
         spans: times within which windows may lie [s]; the first one of each, `_MOST` of them at most, evenly chosen.
     """
     arm = ArmPlant.of(model)
-    motion, in_log = ArmMotion.of(log, model.band_hz), [e for e in model.effects if e.name in _IN_THE_LOG]
+    motion, in_log = (
+        ArmMotion.of(log, model.band_hz),
+        [e for e in model.effects if e.name in IN_THE_LOG],
+    )  # taken off its torque
     torque = motion.torque
     if in_log:
         one = prepared(arm, replace(model, effects=tuple(in_log)), log)
@@ -66,37 +76,82 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
         first = int(np.searchsorted(motion.time, start))
         own = slice(first, first + int(WINDOW_S / motion.step) + 1)
         time, q = motion.time[own] - motion.time[first], motion.q[own]
-        simulated = _simulated(diagram, plant, model, arm, time, q[0], motion.v[first], torque[own])
+        course = _Course(*(PiecewisePolynomial.FirstOrderHold(time, x[own].T) for x in (motion.q, motion.v, torque)))
+        simulated = _simulated(diagram, plant, model, arm, time, course)
         squares += ((simulated - q) ** 2).mean(axis=0)
         ways += ((q - q[0]) ** 2).mean(axis=0)
         count += 1
     n = max(count, 1)
-    return ForwardErrors(np.sqrt(squares / n), np.sqrt(ways / n), count)
+    return ForwardErrors(np.sqrt(squares / n), np.sqrt(ways / n), count, bool(model.controller))
 
 
-def _simulated(
-    diagram: Any, plant: Any, model: ArmModel, arm: ArmPlant, time: Array, q: Array, v: Array, torque: Array
-) -> Array:
+@dataclass(frozen=True)
+class _Course:
+    """Position, velocity and torque as recorded, over the time of a window."""
+
+    q: Any
+    v: Any
+    torque: Any
+
+
+class _Loop:
+    """The controllers of an arm, with what they have integrated.
+
+    Args:
+        controllers: one for each joint.
+    """
+
+    def __init__(self, controllers: Sequence[Controller]) -> None:
+        gains = [(one.kp, one.ki, one.kd, one.low, one.high) for one in controllers]
+        self._kp, self._ki, self._kd, self._low, self._high = np.array(gains).T
+        self._sum = np.zeros(len(gains))
+
+    def torque(self, recorded: Array, off: Array, rate: Array, seconds: float) -> Array:
+        """What the drives give (joints,), within their limits.
+
+        Args:
+            recorded: what they gave (joints,).
+            off: recorded less simulated position (joints,).
+            rate: the same of the velocity.
+            seconds: for how long it holds.
+        """
+        wanted = recorded + self._kp * off + self._ki * self._sum + self._kd * rate
+        given: Array = np.clip(wanted, self._low, self._high)
+        self._sum += np.where((wanted - given) * off > 0.0, 0.0, off * seconds)  # see `mmt_drake.model.controller`
+        return given
+
+
+def _simulated(diagram: Any, plant: Any, model: ArmModel, arm: ArmPlant, time: Array, course: _Course) -> Array:
     """Positions (n, joints) at the times (n,) of a window; infinite where the integration fails."""
     context = diagram.CreateDefaultContext()
     inside = diagram.GetMutableSubsystemContext(plant, context)
     set_links(model, plant, inside)
     positions, velocities = plant.GetPositions(inside).copy(), np.zeros(plant.num_velocities())
-    positions[arm.position_index], velocities[arm.velocity_index] = q, v
+    at, of = arm.position_index, arm.velocity_index
+    positions[at], velocities[of] = course.q.value(0.0).ravel(), course.v.value(0.0).ravel()
     plant.SetPositions(inside, positions)
     plant.SetVelocities(inside, velocities)
-    course = PiecewisePolynomial.FirstOrderHold(time, torque.T)
+    loop = _Loop(model.controller * (len(at) if len(model.controller) == 1 else 1)) if model.controller else None
     simulator = Simulator(diagram, context)
     simulator.get_mutable_integrator().set_target_accuracy(_ACCURACY)
-    found = np.full((len(time), len(q)), np.inf)
+    found = np.full((len(time), len(at)), np.inf)
     port = diagram.GetInputPort("torque")
     try:
         for i, now in enumerate(time):
-            port.FixValue(context, course.value(now).ravel())
-            simulator.AdvanceTo(float(now))
+            begun = context.get_time()
+            count = 1 if loop is None else max(1, round((now - begun) / _TICK_S))
+            for tick in np.linspace(begun, now, count + 1)[1:]:
+                given = course.torque.value(tick).ravel()
+                if loop is not None:
+                    instant = context.get_time()
+                    apart = course.q.value(instant).ravel() - plant.GetPositions(inside)[at]
+                    rate = course.v.value(instant).ravel() - plant.GetVelocities(inside)[of]
+                    given = loop.torque(given, apart, rate, float(tick) - instant)
+                port.FixValue(context, given)
+                simulator.AdvanceTo(float(tick))
             if simulator.get_integrator().get_num_steps_taken() > _MOST_STEPS:
                 return np.full_like(found, np.inf)
-            found[i] = plant.GetPositions(inside)[arm.position_index]
+            found[i] = plant.GetPositions(inside)[at]
     except RuntimeError:  # an arm that no step is short enough for
         return found
     return found

@@ -15,8 +15,10 @@ from mmt_drake.systems.leaf import LeafSystem
 REST = 2e-3
 """Speed below which dry friction turns over from one direction to the other, and so does not hold a joint for ever."""
 
-UNFELT = ("rotor_inertia", "torque_gain", "time_delay", "payload", "gravity_offset", "joint_coupling")
-"""Effects that are the plant's own, or that no joint feels: they are in the log alone."""
+IN_THE_LOG = ("torque_gain", "time_delay", "force_lag", "joint_coupling")
+"""Effects that no joint feels: they are in the log alone."""
+UNFELT = (*IN_THE_LOG, "rotor_inertia", "payload", "gravity_offset", "joint_elasticity")
+"""... and those that are the plant's own, or that a plant of stiff joints cannot have."""
 
 
 class JointEffects(LeafSystem):

@@ -20,6 +20,7 @@ from mmt_drake.recording.stored import as_array
 
 TIMES: Final = ("time", "t_s", "timestamp", "t")
 POSITIONS: Final = ("q_rad", "q", "actual_q", "position")
+LINKS: Final = ("q_link_rad", "q_link")
 TORQUES: Final = ("tau_Nm", "tau", "tau_J", "i_A", "tau_motor_Nm", "actual_current", "effort")
 """Names that columns have in logs; where a model file names no torque column the first that is there is taken."""
 
@@ -37,6 +38,7 @@ class JointLog:
         q: (n, joints) positions [rad] or [m].
         torque: (n, joints) what the drives give [N m] or [N], along the joints.
         column: of the file that the torque was made from.
+        link: (n, joints) positions of the links, behind the gears; None where there is no second encoder.
     """
 
     source: str
@@ -44,6 +46,7 @@ class JointLog:
     q: Array
     torque: Array
     column: str
+    link: Array | None = None
 
     @property
     def duration(self) -> float:
@@ -75,7 +78,7 @@ def load_joint_log(path: str | Path, model: ArmModel, joints: Sequence[str]) -> 
     if path.suffix == ".npz":
         arrays = {name: array.astype(np.float64, copy=False) for name, array in arrays_of(path, texts=True).items()}
     elif path.suffix == ".csv":
-        arrays = _csv(path, (*TIMES, *POSITIONS, *names))
+        arrays = _csv(path, (*TIMES, *POSITIONS, *LINKS, *names))
     else:
         arrays = _joint_states(path, joints)
     time = _named(arrays, TIMES, path, "time").reshape(-1)
@@ -87,16 +90,22 @@ def load_joint_log(path: str | Path, model: ArmModel, joints: Sequence[str]) -> 
         raise BadInput(
             model.source, at="torque.factor", found=found, expected=f"1, or {len(joints)}: one for each joint"
         )
-    return _checked(JointLog(str(path), time, q, torque * (model.factor or (1.0,)), column), path)
+    link = next((_wide(arrays[name], joints, path) for name in LINKS if name in arrays), None)
+    return _checked(JointLog(str(path), time, q, torque * (model.factor or (1.0,)), column, link), path)
 
 
 def _checked(log: JointLog, path: Path) -> JointLog:
+    if log.link is not None and len(log.link) != len(log.time):
+        raise BadInput(
+            path, at="link", found=f"{len(log.link)} positions", expected=f"{len(log.time)}, one for each time"
+        )
     if not len(log.time) == len(log.q) == len(log.torque):
         found = f"{len(log.time)} times, {len(log.q)} positions and {len(log.torque)} torques"
         raise BadInput(path, found=found, expected="as many of each")
     if len(log.time) < _LEAST_SAMPLES:
         raise BadInput(path, found=f"{len(log.time)} samples", expected=f"{_LEAST_SAMPLES} at least")
-    for name, values in (("time", log.time), ("position", log.q), ("torque", log.torque)):
+    link = log.time if log.link is None else log.link
+    for name, values in (("time", log.time), ("position", log.q), ("torque", log.torque), ("link", link)):
         bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
         if bad.size:
             raise BadInput(path, at=f"{name}, row {bad[0]}", found="no number", expected="finite numbers")

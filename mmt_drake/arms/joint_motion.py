@@ -25,6 +25,7 @@ class JointMotion:
         others: (n, joints) torque of all joints as logged [N m].
         jerk: (n,) rate of its own logged torque [N m/s].
         ripples: periods over which what is left comes back [rad], strongest first.
+        delays: by which all torques may be late [s].
     """
 
     joint: int
@@ -36,6 +37,7 @@ class JointMotion:
     others: Array
     jerk: Array
     ripples: tuple[float, ...] = ()
+    delays: tuple[float, ...] = (0.0,)
 
     @cached_property
     def fastest(self) -> float:

@@ -88,6 +88,8 @@ def instant(
     """
     effect = LIBRARY[name]
     direction = min(1.0, max(-1.0, v / rest))
+    if name == "static_friction":
+        return direction * numbers["Fs" if abs(v) < numbers["v_d"] else "Fd"], 0.0
     if effect.law is None:
         (value,) = numbers.values()
         return value * {"Fc": direction, "b": v, "k": q}[str(effect.adds_to)], 0.0

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from mmt_drake.arms.arm_effect import ArmEffect, Numbers, Shape, of_library, of_one_number
 from mmt_drake.arms.joint_motion import JointMotion
@@ -19,6 +20,8 @@ from mmt_drake.arms.law_torque import along
 from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.arrays import Array
 
+_BRIEF_S: Final = 1e-3
+"""Of a delay that is shorter the first order is all that shows."""
 _NEIGHBOURS: Final = 2
 """Joints whose drives may be geared together are no farther apart in the chain."""
 _FARTHEST: Final = 1.0
@@ -51,10 +54,43 @@ def _dahl_columns(motion: JointMotion, form: Shape) -> Array:
     return along("dahl_friction", motion, {"Fc": 1.0, "sigma": 1.0 / form[0]}, {})[:, None]
 
 
+def _two_levels(motion: JointMotion, form: Shape) -> Array:
+    slow = np.abs(motion.v) < form[0]
+    return np.stack([motion.direction * slow, motion.direction * ~slow], 1)
+
+
+def _later(motion: JointMotion, form: Shape) -> Array:
+    """What is later in a torque that is read so late (s), in parts of that; of a short time its rate."""
+    if abs(form[0]) < _BRIEF_S:
+        return -motion.jerk[:, None]
+    time = np.arange(len(motion.q)) * motion.step
+    own = motion.others[:, motion.joint]
+    return ((own - CubicSpline(time, own)(time + form[0])) / form[0])[:, None]
+
+
+def _delay_coefficients(values: Numbers) -> tuple[Array, Shape]:
+    delay = float(values["delay"])
+    return np.array([delay]), (delay,)
+
+
 def _point(m: float, c: Sequence[float]) -> Array:
     """The ten inertial numbers of a point mass."""
     x, y, z = c
     return m * np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
+
+
+_MOMENTS: Final = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+
+
+def _payload_values(x: Array, form: Shape) -> Numbers:
+    c = [float(x[1 + i] / x[0]) if x[0] else 0.0 for i in range(3)]
+    own = x[4:] - _point(float(x[0]), c)[4:]
+    return {"m": float(x[0]), **dict(zip(("cx", "cy", "cz"), c, strict=True)), **dict(zip(_MOMENTS, own, strict=True))}
+
+
+def _payload_coefficients(values: Numbers) -> tuple[Array, Shape]:
+    numbers = _point(float(values["m"]), [float(values[f"c{axis}"]) for axis in "xyz"])
+    return numbers + np.array([0.0] * 4 + [float(values.get(symbol, 0.0)) for symbol in _MOMENTS]), ()
 
 
 _DRY, _VISCOUS = "dry friction", "viscous friction"
@@ -114,6 +150,25 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             holds=("coulomb_friction",),
             replaces=_DRY,
         ),
+        ArmEffect(
+            "static_friction",
+            "joint",
+            "dry_friction",
+            "friction",
+            ("Fs", "Fd", "v_d"),
+            ("N m", "N m", "rad/s"),
+            values=lambda x, form: {"Fs": float(x[0]), "Fd": float(x[1]), "v_d": form[0]},
+            coefficients=lambda v: (np.array([float(v["Fs"]), float(v["Fd"])]), (float(v["v_d"]),)),
+            equation="Fs sgn v while |v| < v_d, else Fd sgn v; what it holds at rest is not looked at",
+            source=LIBRARY["static_friction"].source,
+            columns=_two_levels,
+            shapes=_speeds(*_STIFF_START),
+            least=(0.0, 0.0),
+            check=lambda x: bool(x[0] >= x[1]),
+            holds=("coulomb_friction",),
+            replaces=_DRY,
+            near_equal={"stribeck_friction": "where few strokes are as slow as v_d"},
+        ),
         of_library("load_dependent_friction", ("mu",), ("1",), lambda form: [({"mu": 1.0}, {})]),
         of_library("constant_force", ("F",), ("N m",), lambda form: [({"F": 1.0}, {"gain": 1.0})], least=-math.inf),
         of_library("ground_spring", ("k",), ("N m/rad",), lambda form: [({"k": 1.0}, {})]),
@@ -142,7 +197,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             "I q'', I as seen from the joint",
             _SICILIANO,
             least=0.0,
-            near_equal={"the link's own inertia about the axis": "always, on the first joint of a chain"},
+            near_equal={"link_inertia": "on the first joint of a chain, about its axis"},
         ),
         of_one_number(
             "torque_gain",
@@ -153,7 +208,21 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             "force_sensor",
             "the log tells gain times the torque that moves the links; the numbers tell gain - 1",
             _SICILIANO,
-            near_equal={"inertias of all links scaled": "where it is the same on every joint"},
+            near_equal={"scaled_inertias": "where it is the same on every joint"},
+        ),
+        ArmEffect(
+            "joint_elasticity",
+            "joint",
+            "drive_train",
+            "drive",
+            ("k",),
+            ("N m/rad",),
+            values=lambda x, form: {"k": 1.0 / float(x[0]) if x[0] > 0.0 else math.inf},
+            coefficients=lambda v: (np.array([1.0 / float(v["k"])]), ()),
+            equation="the link is behind the drive by the torque that moves the links over k; to first order",
+            source="Spong 1987, J. Dynamic Systems, Measurement and Control 109(4)",
+            least=(0.0,),
+            near_equal={"rotor_inertia": "in motion far below the resonance of joint and link"},
         ),
         ArmEffect(
             "time_delay",
@@ -163,10 +232,27 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             ("delay",),
             ("s",),
             values=lambda x, form: {"delay": float(x[0])},
-            coefficients=lambda v: (np.array([float(v["delay"])]), ()),
-            equation="the torque comes later than the position, by the same time on every joint; to first order",
+            coefficients=_delay_coefficients,
+            equation="the torque comes later than the position, by the same time on every joint",
             source=LIBRARY["time_delay"].source,
+            columns=_later,
+            shapes=lambda motion: [(delay,) for delay in motion.delays],
+            near_equal={"force_lag": "in motion slower than 1/(2 pi tau)"},
+        ),
+        ArmEffect(
+            "force_lag",
+            "arm",
+            "timing",
+            "channel",
+            ("tau",),
+            ("s",),
+            values=lambda x, form: {"tau": float(x[0])},
+            coefficients=lambda v: (np.array([float(v["tau"])]), ()),
+            equation="the torque is read through a first-order filter, of the same time constant on every joint",
+            source=LIBRARY["force_lag"].source,
             columns=lambda motion, form: -motion.jerk[:, None],
+            least=(0.0,),
+            near_equal={"time_delay": "in motion slower than 1/(2 pi tau)"},
         ),
         ArmEffect(
             "joint_coupling",
@@ -189,18 +275,16 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             "link",
             "inertia",
             "body",
-            ("m", "cx", "cy", "cz"),
-            ("kg", "m", "m", "m"),
-            values=lambda x, form: {
-                "m": float(x[0]),
-                **{f"c{axis}": float(x[1 + i] / x[0]) if x[0] else 0.0 for i, axis in enumerate("xyz")},
-            },
-            coefficients=lambda v: (_point(float(v["m"]), [float(v[f"c{axis}"]) for axis in "xyz"]), ()),
-            equation="a mass m with its centre at c of a link's frame; fitted with an inertia of its own",
+            ("m", "cx", "cy", "cz", *_MOMENTS),
+            ("kg", "m", "m", "m", *["kg m^2"] * 6),
+            values=_payload_values,
+            coefficients=_payload_coefficients,
+            equation="a body of mass m with its centre at c of a link's frame, and its moments about that centre",
+            optional=_MOMENTS,
             source=_GAUTIER,
             least=(0.0, *[-math.inf] * 9),
             check=lambda x: bool(np.abs(x[1:4]).max() <= _FARTHEST * x[0]),
-            near_equal={"inertial numbers of that link": "always: the file's may have been wrong"},
+            near_equal={"link_inertia": "always, of the link that carries it: the file's may have been wrong"},
         ),
         ArmEffect(
             "gravity_offset",
@@ -219,13 +303,13 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
 }
 """Name -> effect."""
 
-DRY = ("coulomb_friction", "smooth_coulomb_friction", "stribeck_friction", "dahl_friction")
+DRY = ("coulomb_friction", "smooth_coulomb_friction", "stribeck_friction", "static_friction", "dahl_friction")
 """Laws of dry friction, of which a joint has one."""
 VISCOUS = ("viscous_friction", "asymmetric_viscous_friction")
 """The same of viscous friction."""
 OF_THE_LINKS = ("load_dependent_friction", "torque_gain")
 """Effects that are parts of the torque that moves the links."""
-ARM_WIDE = ("gravity_offset", "time_delay")
+ARM_WIDE = ("gravity_offset", "time_delay", "force_lag")
 """Effects of the whole arm."""
 BESIDE = (
     "constant_force",

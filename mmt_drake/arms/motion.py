@@ -19,6 +19,7 @@ _FEWEST = 4.0
 MARGIN_S = 0.3
 """At each end, where a filter has nothing to go by, nothing is compared."""
 _ORDER = 4
+"""Of Butterworth's filter. `numeric.zero_phase.LowPass` reaches 0.5 s to each side, which is much of a log of 4 s."""
 
 
 @dataclass(frozen=True)

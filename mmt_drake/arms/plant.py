@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, SpatialInertia, UnitInertia
+from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, RotationalInertia, SpatialInertia, UnitInertia
 
 from mmt_drake.arms.arm_file import ArmModel, Held
 from mmt_drake.errors import BadInput, one_line
@@ -177,8 +178,32 @@ def plant_from_file(model: ArmModel, plant: Any) -> None:
     weld_held(plant, model.held, model.source)
 
 
+def spatial_inertia(numbers: Array) -> Any:
+    """Drake's spatial inertia of a link's ten numbers (10,)."""
+    mass = float(numbers[0])
+    rotational = RotationalInertia(*(float(n) / mass for n in numbers[4:]))
+    unit = UnitInertia(rotational)
+    return SpatialInertia(mass, np.asarray(numbers[1:4]) / mass, unit)
+
+
+def give_links(arm: ArmPlant, plant: Any, context: Any, links: Mapping[str, Sequence[float] | Array]) -> None:
+    """Give links their inertial numbers; what hangs on them rigidly, which these hold, has next to none then.
+
+    Args:
+        arm: whose links.
+        plant: its own, or one like it.
+        context: the plant's.
+        links: name -> (10,).
+    """
+    nothing = SpatialInertia(1e-9, np.zeros(3), UnitInertia.SolidSphere(1e-3))
+    for name, numbers in links.items():
+        for hung in arm.hung_on(name):
+            plant.GetBodyByName(hung).SetSpatialInertiaInBodyFrame(context, nothing)
+        plant.GetBodyByName(name).SetSpatialInertiaInBodyFrame(context, spatial_inertia(np.asarray(numbers)))
+
+
 def weld_held(plant: Any, held: tuple[Held, ...], source: str, name: str = "held") -> None:
-    """Weld what is held to its links, as points.
+    """Weld what is held to its links, as bodies or as points.
 
     Args:
         plant: not finalized.
@@ -187,14 +212,19 @@ def weld_held(plant: Any, held: tuple[Held, ...], source: str, name: str = "held
         name: of the bodies that are added, before their numbers.
 
     Raises:
-        BadInput: there is no such link.
+        BadInput: there is no such link, or no body has such moments.
     """
     for number, one in enumerate(held):
         if not plant.HasBodyNamed(one.link):
             raise BadInput(source, at=f"held[{number}].link", found=one.link, expected="a link of the robot")
         body = plant.GetBodyByName(one.link)
-        point = SpatialInertia(one.m, np.zeros(3), UnitInertia.SolidSphere(1e-3))
-        added = plant.AddRigidBody(f"{name}_{number}", body.model_instance(), point)
+        try:
+            unit = UnitInertia(*(n / one.m for n in one.moments)) if any(one.moments) else UnitInertia.SolidSphere(1e-3)
+            inertia = SpatialInertia(one.m, np.zeros(3), unit)
+        except (RuntimeError, ZeroDivisionError) as error:
+            found = f"moments {', '.join(f'{n:g}' for n in one.moments)} of {one.m:g} kg at {one.link}"
+            raise BadInput(source, at=name, found=found, expected="moments that a body can have") from error
+        added = plant.AddRigidBody(f"{name}_{number}", body.model_instance(), inertia)
         frame = plant.AddFrame(
             FixedOffsetFrame(f"{name}_{number}_on_{one.link}", body, RigidTransform(np.array(one.c)))
         )

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg, signal
 
 from mmt_drake.arms.arm_effect import Shape
 from mmt_drake.arms.arm_file import ArmModel
@@ -17,21 +16,18 @@ from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, OF_THE_LINKS, VISCOUS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
+from mmt_drake.arms.shapes import likely_delay, likely_ripples
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 
 BLOCKS = 24
 """Blocks of one log, if it is long enough; every third is outer: it reports, and nothing is chosen or fitted by it."""
 OUTER_EVERY = 3
-FOLDS = 16
-"""Parts of the inner blocks that are held out in turn when sets of effects are compared."""
 _FAINT = 0.02
 """Effects of the torque that moves the links are not told where that is less than this part of the torque."""
 _SHORTEST_S = 0.5
 _FEWEST = 12
 """Blocks of all logs together."""
-_FEWEST_CYCLES, _MOST_CYCLES, PEAKS = 2.0, 60.0, 3
-"""Periods of a ripple within the way of a joint, and how many of the strongest are tried."""
 STILL = 2e-3
 """A joint whose way is shorter than this [rad] or [m] does not move."""
 
@@ -192,7 +188,8 @@ def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> Arm
     if not moving:
         raise BadInput(logs[0].source, found="no joint that moves", expected=f"a way of {STILL:g} rad or more")
     numbers = inertias(arm, model)
-    rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moving) for j in range(len(arm.joints)))
+    delay = likely_delay(every, moving)
+    rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moving, delay) for j in range(len(arm.joints)))
     starts = np.concatenate([np.column_stack([e[:-1], e[1:], np.full(len(e) - 1, i)]) for i, e in enumerate(edges)])
     return ArmProblem(arm, numbers.ravel(), rows, starts, moving)
 
@@ -207,12 +204,12 @@ def _edges(motion: ArmMotion) -> Array:
 
 
 def _joint_rows(
-    arm: ArmPlant, model: ArmModel, numbers: Array, every: Sequence[PreparedLog], j: int, moves: bool
+    arm: ArmPlant, model: ArmModel, numbers: Array, every: Sequence[PreparedLog], j: int, moves: bool, delay: float
 ) -> JointRows:
     motions = [one.joint(j) for one in every]
-    ripples = _ripples(every, j) if moves else ()
+    ripples = likely_ripples(every, j) if moves else ()
     fastest = max(motions, key=lambda motion: motion.fastest)
-    terms, held = _terms(arm, model, replace(fastest, ripples=ripples), j, moves)
+    terms, held = _terms(arm, model, replace(fastest, ripples=ripples, delays=(delay,)), j, moves)
     stacked, target, measured, counted, block, first = [], [], [], [], [], 0
     for one, own in zip(every, motions, strict=True):
         parts = [one.asked.inertial[:, j]]
@@ -242,8 +239,8 @@ def _terms(
     names = (*DRY, *VISCOUS, *BESIDE) if moves else ("constant_force",)
     known = {(e.name, e.where): coefficients(arm, e) for e in model.effects}
     terms, at = list[Term](), 10 * len(arm.links)
-    for name in (*names, *ARM_WIDE):
-        where = arm.joints[j] if ARM_EFFECTS[name].place == "joint" else ""
+    placed = [(name, arm.joints[j] if ARM_EFFECTS[name].place == "joint" else "") for name in (*names, *ARM_WIDE)]
+    for name, where in [*placed, *(("joint_elasticity", joint) for joint in arm.joints)]:
         own = known.get((name, where))
         for shape in [own[1]] if own is not None else ARM_EFFECTS[name].shapes(motion):
             width = len(ARM_EFFECTS[name].least)
@@ -251,95 +248,3 @@ def _terms(
             at += width
     terms += [Term("payload", link, (), tuple(range(10 * k, 10 * k + 10))) for k, link in enumerate(arm.links)]
     return tuple(terms), {key: x for key, (x, _) in known.items()}
-
-
-def _ripples(every: Sequence[PreparedLog], j: int) -> tuple[float, ...]:
-    """Periods over the way at which the unexplained torque of a joint is strongest."""
-    one = max(every, key=lambda each: len(each.motion.time))
-    own = one.joint(j)
-    smooth = np.column_stack(
-        [own.direction, own.v, own.a, np.cos(own.q), np.sin(own.q), np.ones(len(own.q)), own.rigid]
-    )
-    columns = one.motion.filtered(smooth)
-    left = own.others[:, j] - one.motion.filtered(one.believed[:, j])
-    left = left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
-    highest = min(_MOST_CYCLES / own.reach, one.motion.band_hz / own.fastest)
-    cycles = np.arange(_FEWEST_CYCLES / own.reach, highest, 0.25 / own.reach)  # [1/rad]
-    if len(cycles) < 3:
-        return ()
-    thin = one.motion.thinning
-    power = np.abs(np.exp(-2j * np.pi * np.outer(cycles, own.q[thin])) @ left[thin])
-    peaks, _ = signal.find_peaks(power)
-    return tuple(float(1.0 / cycles[i]) for i in sorted(peaks, key=lambda i: -power[i])[:PEAKS])
-
-
-@dataclass(frozen=True)
-class FoldFit:
-    """Fits of one joint on the inner blocks, each fold held out in turn.
-
-    Attributes:
-        held_out: (folds,) mean squared error of each fold when it was not fitted [(N m)^2].
-        x: numbers fitted to all inner blocks, those of the links first where they are free.
-    """
-
-    held_out: Array
-    x: Array
-
-    @property
-    def cost(self) -> float:
-        """Mean squared error of what was held out."""
-        return float(self.held_out.mean())
-
-
-class Folds:
-    """One joint under one belief about the links, ready to fit sets of terms.
-
-    Args:
-        rows: of the joint.
-        inner: blocks that choose.
-        prior: (10 links,) how strongly each inertial number is held where it is; None: they are as believed.
-    """
-
-    def __init__(self, rows: JointRows, inner: Sequence[int], prior: Array | None) -> None:
-        gram, rhs, energy, samples = rows.sums
-        used = [b for b in inner if samples[b] > 0]
-        parts = [used[f::FOLDS] for f in range(min(FOLDS, len(used)))]
-        total = [a[used].sum(axis=0) for a in (gram, rhs)]
-        self._test = [(gram[p].sum(0), rhs[p].sum(0), energy[p].sum(), samples[p].sum()) for p in parts]
-        trained = [(total[0] - g, total[1] - c) for g, c, _, _ in self._test]
-        free = np.arange(0 if prior is None else len(prior))
-        self._free, self._prior = free, prior
-        self._reduced = [self._without_links(g, c) for g, c in [*trained, (total[0], total[1])]]
-        self._known: dict[tuple[int, ...], FoldFit] = {}
-
-    def _without_links(self, gram: Array, rhs: Array) -> tuple[Array, Array, Array, Array]:
-        """The sums once the inertial numbers are eliminated, and what gives these back."""
-        if self._prior is None:
-            none = np.empty((0, len(rhs)))
-            return gram, rhs, none, np.empty(0)
-        own = gram[np.ix_(self._free, self._free)] + np.diag(self._prior)
-        factor = linalg.cho_factor(own)
-        across, at = linalg.cho_solve(factor, gram[self._free]), linalg.cho_solve(factor, rhs[self._free])
-        return gram - gram[:, self._free] @ across, rhs - gram[:, self._free] @ at, across, at
-
-    def fit(self, columns: Sequence[int]) -> FoldFit:
-        """The fit of a set of columns."""
-        key = tuple(columns)
-        if key not in self._known:
-            self._known[key] = self._fitted(list(columns))
-        return self._known[key]
-
-    def _fitted(self, own: list[int]) -> FoldFit:
-        every = [*self._free, *own]
-        square = np.ix_(every, every)
-        left, x = [], np.zeros(len(every))
-        for number, (gram, rhs, across, at) in enumerate(self._reduced):
-            matrix = gram[np.ix_(own, own)]
-            size = np.sqrt(np.maximum(np.diag(matrix), 1e-12 * float(np.diag(matrix).max(initial=1e-12))))
-            scaled = matrix / np.outer(size, size) + 1e-8 * np.eye(len(own))
-            strong = np.linalg.solve(scaled, rhs[own] / size) / size if own else np.empty(0)
-            x = np.concatenate([at - across[:, own] @ strong, strong])
-            if number < len(self._test):
-                g, c, energy, samples = self._test[number]
-                left.append(max(energy - 2.0 * x @ c[every] + x @ g[square] @ x, 0.0) / samples)
-        return FoldFit(np.array(left), x)

@@ -17,7 +17,7 @@ from mmt_drake.arms.believed import Predicted
 from mmt_drake.arms.forward import WINDOW_S
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, Number
-from mmt_drake.arms.wording import headline, told
+from mmt_drake.arms.wording import found, headline, told
 from mmt_drake.diagnosis.decide.budget import SHARED
 from mmt_drake.diagnosis.tell.figures_common import COLORS, DASHES, HELDOUT, MEASURED, NAMES
 from mmt_drake.diagnosis.tell.first_screen import PART_COLORS
@@ -63,7 +63,7 @@ def write_arm_report(
         Section("How this was computed", _METHOD, facts=provenance.facts, remark=THINNING),
     ]
     banner = Banner(words(diagnosis.verdict), _TONES[diagnosis.verdict])
-    return write_page(path, headline(diagnosis), sections, diagnosis.summary, banner, _first(diagnosis, provenance))
+    return write_page(path, headline(diagnosis), sections, found(diagnosis), banner, _first(diagnosis, provenance))
 
 
 _METHOD: Final = (
@@ -231,8 +231,9 @@ def _ahead(diagnosis: ArmDiagnosis) -> Iterator[Section]:
         for j, joint in enumerate(diagnosis.joints)
         if joint.moves
     ]
+    loop = "its controller closing the loop" if before.closed else "in open loop"
     text = (
-        f"Drake's plant under the recorded torque, in open loop, over {before.windows} windows of {WINDOW_S:g} s that "
+        f"Drake's plant under the recorded torque, {loop}, over {before.windows} windows of {WINDOW_S:g} s that "
         "were held out, each from the recorded state. A dash: it could not be simulated."
     )
     headers = ("joint", "way [mrad]", "off, as handed in [mrad]", "off, with what was found [mrad]")

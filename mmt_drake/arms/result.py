@@ -35,6 +35,7 @@ class ArmEffectFound:
         numbers: by symbol; a joint stands by its name.
         share: of the mismatch of its joint, or of all.
         instead: what would explain as much in its place.
+        looks_like: what no log of this kind tells from it, see `ArmEffect.near_equal`.
     """
 
     name: str
@@ -45,6 +46,13 @@ class ArmEffectFound:
     numbers: Mapping[str, Number | str]
     share: float
     instead: tuple[str, ...] = ()
+    looks_like: tuple[str, ...] = ()
+
+    def value(self, symbol: str) -> float:
+        """One of its numbers."""
+        number = self.numbers[symbol]
+        assert isinstance(number, Number)  # a joint's name is asked of `numbers`
+        return number.value
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,8 @@ class JointReport:
         name: of the joint.
         moves: whether it did.
         spread: standard deviation of its torque [N m].
-        nominal, refit, augmented: RMS error of the torque over its spread, blocks that no choice has seen.
+        nominal, refit, augmented: RMS error of the torque over its spread, blocks that no choice has seen; `refit` None
+            where there was no time for it.
         noise: the same of the noise of the torque.
         budget: whose the mismatch is.
     """
@@ -64,7 +73,7 @@ class JointReport:
     moves: bool
     spread: float
     nominal: float
-    refit: float
+    refit: float | None
     augmented: float
     noise: float
     budget: tuple[BudgetPart, ...]
@@ -91,6 +100,7 @@ class ArmDiagnosis:
         believed: the belief about the links that was taken: none, refit, payload, ...
         notes: sentences that go with it.
         base: what the motion tells of the inertial numbers.
+        untried: what there was no time for.
     """
 
     verdict: str
@@ -108,6 +118,7 @@ class ArmDiagnosis:
     believed: str = "none"
     notes: tuple[str, ...] = field(default=())
     base: BaseParameters | None = None
+    untried: tuple[str, ...] = ()
 
 
 def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
@@ -145,7 +156,9 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
         "effects": [effect(e) for e in diagnosis.effects if e.certain],
         "unsure": [{**effect(e), "instead": list(e.instead)} for e in diagnosis.effects if not e.certain],
         "alternatives": [
-            {"name": name, "where": e.where, "indistinguishable": True} for e in diagnosis.effects for name in e.instead
+            {"name": name, "where": e.where, "indistinguishable": True, "in_place_of": e.name}
+            for e in diagnosis.effects
+            for name in (*e.instead, *e.looks_like)
         ],
         "parameters": {
             f"{link}.{symbol}": number(n) for link, some in diagnosis.parameters.items() for symbol, n in some.items()
@@ -165,6 +178,7 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
         ],
         "forward": _forward(diagnosis),
         "fit": {"heldout_s": [[a, b] for a, b, _ in diagnosis.heldout_s], "band_hz": diagnosis.model.band_hz},
+        "untried": list(diagnosis.untried),
         "notes": list(diagnosis.notes),
         "recordings": list(diagnosis.recordings),
         "seconds": diagnosis.seconds,
@@ -178,4 +192,12 @@ def _forward(diagnosis: ArmDiagnosis) -> dict[str, Any] | None:
         return None
     before, after = ([float(e) if np.isfinite(e) else None for e in one.rms] for one in diagnosis.forward)
     way, windows = diagnosis.forward[0].way.tolist(), diagnosis.forward[0].windows
-    return {"window_s": WINDOW_S, "windows": windows, "way": way, "nominal": before, "augmented": after}
+    closed = diagnosis.forward[0].closed
+    return {
+        "window_s": WINDOW_S,
+        "windows": windows,
+        "closed_loop": closed,
+        "way": way,
+        "nominal": before,
+        "augmented": after,
+    }

@@ -9,15 +9,17 @@ from itertools import product
 import numpy as np
 from scipy import stats
 
+from mmt_drake.arms.folds import FoldFit, Folds
 from mmt_drake.arms.laws import ARM_EFFECTS, DRY, VISCOUS
-from mmt_drake.arms.problem import FoldFit, Folds, JointRows, Term
+from mmt_drake.arms.problem import JointRows, Term
 from mmt_drake.numeric.arrays import Array
 
 BY_CHANCE = 0.01
 """A term earns its place if chance would make it so good with less than this probability ..."""
 GAIN = 0.03
 """... and if it takes at least this part of the mean squared error that is left."""
-RARE = frozenset(("torque_gain", "joint_coupling", "torque_ripple", "ground_spring", "quadratic_drag"))
+_STATIC = "static_friction"
+RARE = frozenset(("torque_gain", "joint_coupling", "torque_ripple", "ground_spring", "quadratic_drag", _STATIC))
 """Effects that few joints have. They draw a little of anything; one is taken only if it leaves ..."""
 _RARE_GAIN = 0.35
 """... less by at least this part than what every joint has: friction, an offset, a rotor."""
@@ -81,7 +83,7 @@ class JointSearch:
 
     def __init__(self, rows: JointRows, folds: Folds, held: Sequence[Term] = ()) -> None:
         told = rows.told
-        self._terms = [t for t in rows.terms if ARM_EFFECTS[t.effect].place == "joint" and all(told[list(t.columns)])]
+        self._terms = [t for t in rows.terms if not ARM_EFFECTS[t.effect].reaches_all and all(told[list(t.columns)])]
         self._known = rows.held
         self._folds, self._held, self._links = folds, tuple(held), len(folds.fit(()).x)
 
@@ -106,10 +108,20 @@ class JointSearch:
         Args:
             without: effects that are not tried.
         """
-        plain, every = self._stepwise(without | RARE), self._stepwise(without)
+        plain, every = self._stepwise(without | RARE), self._stepwise(without | {_STATIC})
         if self._is_texture(every):
-            every = self._stepwise(without | {_RIPPLE})
-        return every if earns(plain.fit, every.fit, _RARE_GAIN) else plain
+            every = self._stepwise(without | {_STATIC, _RIPPLE})
+        best = every if earns(plain.fit, every.fit, _RARE_GAIN) else plain
+        return best if _STATIC in without else self._breaking_away(best)
+
+    def _breaking_away(self, found: JointSet) -> JointSet:
+        """With a level of its own below some speed in the place of the law of dry friction, where that leaves less."""
+        beside = [t for t in found.terms if t.effect not in DRY]
+        if len(beside) == len(found.terms):
+            return found
+        sets = [s for t in self._terms if t.effect == _STATIC and self.allowed(s := self.fit([t, *beside]))]
+        best = min(sets, key=lambda s: s.fit.cost, default=found)
+        return best if earns(found.fit, best.fit, _RARE_GAIN) else found
 
     def _is_texture(self, found: JointSet) -> bool:
         """Whether what comes back over the way does so with many periods: then it is no ripple, which has one."""

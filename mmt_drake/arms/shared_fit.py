@@ -9,14 +9,15 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg, stats
 
-from mmt_drake.arms.problem import FOLDS, ArmProblem, Term
+from mmt_drake.arms.folds import FOLDS, HELD
+from mmt_drake.arms.problem import ArmProblem, Term
 from mmt_drake.numeric.arrays import Array
 
 _FEWEST_DEGREES = 3
 _TOLD = 1e4
 """... and is told apart if what the others leave of its column is more than one part in so many, in variance."""
-_HELD = 1e-8
-"""Numbers that no torque depends on stay 0: each is held so strongly, in parts of what the data say of it."""
+OTHER_NUMBERS = "other inertial numbers"
+"""The belief that the file's are wrong, in words."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,12 @@ class Belief:
     name: str
     held: tuple[Term, ...] = ()
     prior: Array | None = None
+
+    @property
+    def said(self) -> str:
+        """What it adds to the file."""
+        named = OTHER_NUMBERS if self.name == "refit" else self.name
+        return " ".join([named, *(f"of {term.where}" for term in self.held if term.where)])
 
 
 @dataclass(frozen=True)
@@ -109,7 +116,7 @@ class SharedFit:
     def _solved(self, matrix: Array, right: Array) -> Array:
         whole = matrix + np.diag(self.prior)
         size = np.sqrt(np.maximum(np.diag(whole), 1e-12 * float(np.diag(whole).max(initial=1e-12))))
-        scaled = whole / np.outer(size, size) + _HELD * np.eye(len(size))
+        scaled = whole / np.outer(size, size) + HELD * np.eye(len(size))
         solved: Array = linalg.solve(scaled, right / size, assume_a="pos") / size if len(size) else right
         return solved
 
@@ -140,7 +147,7 @@ class SharedFit:
         """Whether each number is told apart from all others: a mass that only ever turns about its own axis is not."""
         matrix, _ = self.sums(blocks)
         size = np.sqrt(np.maximum(np.diag(matrix), 1e-30))
-        inverse = np.linalg.inv(matrix / np.outer(size, size) + _HELD * np.eye(len(size)))
+        inverse = np.linalg.inv(matrix / np.outer(size, size) + HELD * np.eye(len(size)))
         return [bool(told) for told in np.diag(inverse) < _TOLD]
 
     def deviations(self, x: Array, blocks: Sequence[int]) -> Array:

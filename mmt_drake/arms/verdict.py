@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -14,9 +14,10 @@ from mmt_drake.arms.beliefs import Believed, joint_search
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.problem import ArmProblem, Term
 from mmt_drake.arms.search import BY_CHANCE, JointSet, chance_better
-from mmt_drake.arms.shared_fit import SharedFit
+from mmt_drake.arms.shared_fit import OTHER_NUMBERS, SharedFit
 from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart, shapley, subsets
-from mmt_drake.diagnosis.decide.confidence import Depth
+from mmt_drake.diagnosis.decide.confidence import Depth, beside_the_untried
+from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.numeric.arrays import Array
 
 _DEPTHS: Final[tuple[Depth, ...]] = ("block", "family", "law")
@@ -27,6 +28,8 @@ NEXT_TO_NOTHING = 0.003
 """What takes less than this part of the mismatch of its joint has no name: shapes are sought on a grid."""
 WHOLE_NAMES = ("torque_ripple",)
 """Laws that are named as such or not at all: part of any shape over the way has the period of one."""
+_RIVALS = "what else it could be on"
+"""... the joint: what there was no time to hold against its names."""
 _SPLIT_AT_MOST = 6
 """Parts of a joint's error that are told apart; what is left of more is told together."""
 
@@ -46,15 +49,17 @@ class Certainty:
     rivals: Mapping[Depth, tuple[str, ...]]
 
 
-def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certainty]:
-    """How sure each effect of a joint is.
+def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) -> list[Certainty]:
+    """How sure each effect of a joint is: no surer than there was time to look, the coarsest depth first.
 
     Args:
         problem: the logs.
         found: what is delivered.
         joint: its number.
+        watch: the clock.
     """
     own, search = found.sets[joint], joint_search(problem, found.fit.belief, joint)
+    untried = _untried(watch.missed)
     row, told = problem.rows[joint], []
     _, _, energy, samples = row.sums
     nominal = float(energy[problem.inner].sum() / max(samples[problem.inner].sum(), 1.0))
@@ -63,6 +68,9 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
         depth: Depth | None = None
         rivals: dict[Depth, tuple[str, ...]] = {}
         for at in _DEPTHS:
+            if watch.is_late():
+                watch.miss([f"{_RIVALS} {problem.arm.joints[joint]}"])
+                break
             rival = search.best(_without(law, at))
             if not _ruled_out(rival, own, LEAVES[at]):
                 rivals[at] = tuple(sorted(rival.names - own.names))
@@ -71,8 +79,14 @@ def certainty(problem: ArmProblem, found: Believed, joint: int) -> list[Certaint
         gone = search.fit([t for t in own.terms if t is not term]).fit.cost
         if gone - own.fit.cost < NEXT_TO_NOTHING * nominal or (depth != "law" and term.effect in WHOLE_NAMES):
             depth = None
-        told.append(Certainty(term, depth, rivals))
+        told.append(Certainty(term, depth and beside_the_untried(depth, law, untried), rivals))
     return told
+
+
+def _untried(missed: Iterable[str]) -> list[ArmEffect]:
+    """Effects that there was no time to try; other inertial numbers count as a payload, which they hold."""
+    names = [what.partition(" of ")[0] for what in missed]
+    return [ARM_EFFECTS["payload" if name == OTHER_NUMBERS else name] for name in names if not name.startswith(_RIVALS)]
 
 
 def arm_certainty(found: Believed, tried: Sequence[Believed]) -> Depth | None:
@@ -88,7 +102,7 @@ def arm_certainty(found: Believed, tried: Sequence[Believed]) -> Depth | None:
     law, told = ARM_EFFECTS[term.effect], found.fit.belief
     depth: Depth | None = None
     for at in _DEPTHS:
-        same = _without(law, at, "arm")
+        same = _without(law, at)
         rivals = [
             b
             for b in tried
@@ -101,14 +115,14 @@ def arm_certainty(found: Believed, tried: Sequence[Believed]) -> Depth | None:
     return depth
 
 
-def _without(law: ArmEffect, depth: Depth, place: str = "joint") -> frozenset[str]:
+def _without(law: ArmEffect, depth: Depth) -> frozenset[str]:
     """Effects that a rival at a depth does without: those of the same block, family or law, and what holds that law."""
-    joint = [e for e in ARM_EFFECTS.values() if (e.place == "joint") == (place == "joint")]
+    alike = [e for e in ARM_EFFECTS.values() if e.reaches_all == law.reaches_all]
     if depth == "block":
-        return frozenset(e.name for e in joint if e.block == law.block)
+        return frozenset(e.name for e in alike if e.block == law.block)
     if depth == "family":
-        return frozenset(e.name for e in joint if e.family == law.family)
-    return frozenset(e.name for e in joint if e.name == law.name or law.name in e.holds)
+        return frozenset(e.name for e in alike if e.family == law.family)
+    return frozenset(e.name for e in alike if e.name == law.name or law.name in e.holds)
 
 
 def _ruled_out(rival: JointSet, own: JointSet, leaves: float) -> bool:

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, Number
+from mmt_drake.diagnosis.tell.summary import untried_of
 from mmt_drake.effects.wording import words
 
 _LISTED = 4
 
 
 def summary(diagnosis: ArmDiagnosis) -> str:
-    """What was found, in a paragraph that a person can act on."""
+    """What was found, in a paragraph that a person can act on, and what goes with it."""
+    return " ".join([found(diagnosis), *diagnosis.notes])
+
+
+def found(diagnosis: ArmDiagnosis) -> str:
+    """The same without the notes."""
     moving = [joint for joint in diagnosis.joints if joint.budget]
     before, after = (
         (sum(getattr(joint, name) ** 2 for joint in moving) / max(len(moving), 1)) ** 0.5
@@ -29,7 +36,7 @@ def summary(diagnosis: ArmDiagnosis) -> str:
         f"Error of the torque on stretches that were not fitted, in parts of its spread: {before:.3g} with the model "
         f"handed in, {after:.3g} with what was found."
     )
-    return " ".join([*said, *diagnosis.notes])
+    return " ".join(part for part in (*said, untried_of(diagnosis.untried)) if part)
 
 
 def headline(diagnosis: ArmDiagnosis) -> str:
@@ -62,6 +69,8 @@ def told(effect: ArmEffectFound) -> str:
     """An effect's numbers: `Fc = 13.9 N m`."""
     parts = []
     for symbol, number in effect.numbers.items():
+        if symbol in ARM_EFFECTS[effect.name].optional:
+            continue  # the report has them
         if isinstance(number, Number):
             parts.append(f"{symbol} = {number.value:.3g}" + (f" {number.unit}" if number.unit != "1" else ""))
         else:

@@ -24,7 +24,6 @@ def diagnose_arms(arguments: argparse.Namespace) -> int:
     from mmt_drake.arms.plant import ArmPlant
     from mmt_drake.arms.result import as_json
     from mmt_drake.arms.written import MODEL_FILE, write_arm_diagnosis
-    from mmt_drake.diagnosis.search.watch import Stage
     from mmt_drake.diagnosis.tell.provenance import Provenance
 
     _refuse_others(arguments)
@@ -35,7 +34,8 @@ def diagnose_arms(arguments: argparse.Namespace) -> int:
     arm = ArmPlant.of(model)
     logs = [load_joint_log(file, model, arm.joints) for file in arguments.recordings]
     with working("diagnosis", arguments.time_budget) as show:
-        diagnosis = diagnose_arm(logs, model, on_stage=lambda what: show(Stage(what)))
+        budget = arguments.time_budget
+        diagnosis = diagnose_arm(logs, model, on_stage=show, on_answer=show.tell, time_budget=budget)
     provenance = Provenance.of(arguments.recordings, arguments.model, arguments.command_line)
     files = write_arm_diagnosis(diagnosis, model, logs[0], arguments.out, provenance)
     if arguments.json:

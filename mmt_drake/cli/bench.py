@@ -4,6 +4,7 @@ examples:
   mmt-drake bench
   mmt-drake bench --json > bench.json
   mmt-drake bench diagnosis
+  mmt-drake bench arms
   mmt-drake bench pacing --minutes 10
   mmt-drake bench haptics
   mmt-drake bench learning --minutes 10

@@ -12,9 +12,12 @@ import argparse
 import math
 from typing import Any
 
+from mmt_drake.arms.arm_effect import ArmEffect
+from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.cli.options import add_effects
 from mmt_drake.cli.output import add_json, print_json, say
 from mmt_drake.effects import LIBRARY, Effect, Parameter, register_file
+from mmt_drake.effects.wording import words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,9 +31,11 @@ def main(arguments: argparse.Namespace) -> int:
     for file in arguments.effects:
         register_file(file)
     if arguments.json:
-        print_json([described(effect) for effect in LIBRARY.values()])
+        alone = [_of_arms_alone(effect) for name, effect in ARM_EFFECTS.items() if name not in LIBRARY]
+        print_json([*map(described, LIBRARY.values()), *alone])
     else:
-        say("\n\n".join(_text(effect) for effect in LIBRARY.values()))
+        alone_said = [_text_of_arms(effect) for name, effect in ARM_EFFECTS.items() if name not in LIBRARY]
+        say("\n\n".join([*map(_text, LIBRARY.values()), *alone_said]))
     return 0
 
 
@@ -55,7 +60,50 @@ def described(effect: Effect) -> dict[str, Any]:
         ],
         "equation": effect.equation,
         "source": effect.source,
+        "of_arms": _of_arms(effect.name),
     }
+
+
+def _of_arms(name: str) -> dict[str, Any] | None:
+    """What an effect is of a robot arm: where it acts, units of joints that turn, what looks like it; None: nothing."""
+    if name not in ARM_EFFECTS:
+        return None
+    effect = ARM_EFFECTS[name]
+    return {
+        "place": effect.place,
+        "parameters": [{"symbol": s, "unit": unit} for s, unit in zip(effect.symbols, effect.units, strict=True)],
+        "near_equal_to": [{"name": other, "where": where} for other, where in effect.near_equal.items()],
+    }
+
+
+def _of_arms_alone(effect: ArmEffect) -> dict[str, Any]:
+    """An effect that only arms have, with the keys of all others."""
+    own = _of_arms(effect.name)
+    assert own is not None  # it is one of arms
+    return {
+        "name": effect.name,
+        "block": effect.block,
+        "family": effect.family,
+        "replaces": None,
+        "equal_to": [],
+        "equal_massless": [],
+        "near_equal_to": own["near_equal_to"],
+        "axis": "",
+        "parameters": [{**parameter, "bounds": [None, None]} for parameter in own["parameters"]],
+        "equation": effect.equation,
+        "source": effect.source,
+        "of_arms": own,
+    }
+
+
+def _text_of_arms(effect: ArmEffect) -> str:
+    lines = [f"{effect.name} ({effect.block}, of a robot's {effect.place})", f"  {effect.equation}"]
+    lines += [
+        f"  {symbol}" + (f" [{unit}]" if unit else "")
+        for symbol, unit in zip(effect.symbols, effect.units, strict=True)
+    ]
+    lines += [f"  hardly told from {words(name)} {where}" for name, where in effect.near_equal.items()]
+    return "\n".join([*lines, f"  source: {effect.source}"])
 
 
 def _text(effect: Effect) -> str:

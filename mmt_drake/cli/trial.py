@@ -121,7 +121,7 @@ def trial_study(arguments: argparse.Namespace) -> Study:
             raise BadInput("--plant", found=arguments.plant, expected="no --real beside it: those are recordings")
         budget = arguments.time_budget or TIME_BUDGET_S
         diagnosed = partial(_diagnose_real, jobs=arguments.jobs, cluster=arguments.cluster, time_budget=budget)
-        return real_study(arguments.real, diagnosed, arguments.only)
+        return real_study(arguments.real, diagnosed, arguments.only, budget)
     if arguments.only:
         raise BadInput("--only", found="no --real", expected="a folder of public recordings beside it")
     own = tuple(str(Path(file).resolve()) for file in arguments.effects)

@@ -11,9 +11,9 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.arms.arm_file import ArmModel, Held, JointEffect
 from mmt_drake.arms.believed import predicted
-from mmt_drake.arms.deliver import arm_diagram, set_links, spatial_inertia, write_urdf
+from mmt_drake.arms.deliver import arm_diagram, set_links, write_urdf
 from mmt_drake.arms.joint_log import JointLog
-from mmt_drake.arms.plant import ArmPlant
+from mmt_drake.arms.plant import ArmPlant, spatial_inertia
 from mmt_drake.errors import BadInput
 
 LENGTH, MASS = 0.5, 2.0
@@ -74,6 +74,15 @@ def test_coulomb_friction_slows_a_pendulum_evenly_and_then_it_rests(tmp_path: Pa
     assert abs(after(model, 3.0, [0.0], [2.0])[1]) < 1e-6
 
 
+def test_static_friction_has_another_level_below_a_speed(tmp_path: Path) -> None:
+    numbers = {"Fs": 1.0, "Fd": 0.4, "v_d": 0.8}
+    model = pendulum(tmp_path, JointEffect("static_friction", "swing", numbers), gravity=FLAT)
+    until = (2.0 - 0.8) * INERTIA / 0.4  # it reaches v_d
+    assert after(model, 0.5 * until, [0.0], [2.0])[1] == pytest.approx(1.4, rel=1e-4)
+    slower = 0.8 - (0.3 / INERTIA) * 1.0
+    assert after(model, until + 0.3, [0.0], [2.0])[1] == pytest.approx(slower, abs=2e-3)
+
+
 def test_viscous_friction_lets_the_speed_decay_and_a_drive_balances_it(tmp_path: Path) -> None:
     model = pendulum(tmp_path, JointEffect("viscous_friction", "swing", {"b": 0.8}), gravity=FLAT)
     assert after(model, 0.7, [0.0], [2.0])[1] == pytest.approx(2.0 * np.exp(-0.8 * 0.7 / INERTIA), rel=1e-6)
@@ -117,9 +126,15 @@ def test_a_constant_force_pushes_along_the_joint(tmp_path: Path) -> None:
         JointEffect("constant_force", "bend", {"F": 0.7}),
         JointEffect("rotor_inertia", "turn", {"I": 0.3}),
         JointEffect("payload", "fore", {"m": 0.6, "cx": 0.3, "cy": 0.02, "cz": -0.03}),
+        JointEffect(
+            "payload",
+            "fore",
+            {"m": 0.6, "cx": 0.3, "cy": 0.0, "cz": 0.0}
+            | {"Ixx": 0.02, "Iyy": 0.05, "Izz": 0.06, "Ixy": 0.004, "Ixz": 0.0, "Iyz": 0.003},
+        ),
         JointEffect("gravity_offset", "", {"rx": 0.02, "ry": -0.03}),
     ],
-    ids=lambda effect: effect.name,
+    ids=lambda effect: f"{effect.name} of {len(effect.parameters)} numbers",
 )
 def test_the_diagram_and_the_torque_that_a_model_predicts_are_of_one_arm(effect: JointEffect, tmp_path: Path) -> None:
     """Driven by the torque that inverse dynamics asks for, the diagram's joints accelerate as in the motion."""
@@ -141,6 +156,13 @@ def test_the_diagram_and_the_torque_that_a_model_predicts_are_of_one_arm(effect:
         off.append(rates - moves.a[at])
     assert len(off) > 5
     assert np.abs(np.median(off, axis=0)).max() < 0.03 * moves.a.std(), np.median(off, axis=0)
+
+
+def test_a_payload_of_moments_that_no_body_has_is_refused(tmp_path: Path) -> None:
+    moments = {"Ixx": 0.5, "Iyy": 0.1, "Izz": 0.1}
+    effect = JointEffect("payload", "fore", {"m": 0.6, "cx": 0.3, "cy": 0.0, "cz": 0.0} | moments)
+    with pytest.raises(BadInput, match=r"payload: found moments 0\.5, 0\.1, 0\.1, .*, expected moments that a body"):
+        arm_diagram(small_arm.model(tmp_path, effects=(effect,)))
 
 
 def test_what_is_held_counts_once_where_links_have_other_numbers(tmp_path: Path) -> None:

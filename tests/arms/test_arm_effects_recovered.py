@@ -1,7 +1,8 @@
 """Every effect of arms is found again in torques made by Drake and an independent formula, and nothing else is."""
 
+import itertools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import small_arm
 from small_arm import JOINTS, Moves
 
 from mmt_drake.arms.arm_file import JointEffect
+from mmt_drake.arms.deliver import arm_diagram
 from mmt_drake.arms.diagnosis import diagnose_arm
 from mmt_drake.arms.laws import ARM_EFFECTS
 
@@ -97,6 +99,13 @@ CASES: dict[str, Concealed] = {
     "dahl_friction": Concealed(
         "turn", {"Fc": 1.5}, on(0, lambda m, r: dahl(m, 0, 1.5, 30.0)), within=0.05, depth="family"
     ),
+    "static_friction": Concealed(
+        "turn",
+        {"Fs": 2.0, "Fd": 1.0},
+        on(0, lambda m, r: np.where(np.abs(m.v[:, 0]) < 0.2, 2.0, 1.0) * np.sign(m.v[:, 0])),
+        within=0.15,
+        depth="family",
+    ),
     "load_dependent_friction": Concealed(
         "lift", {"mu": 0.15}, on(1, lambda m, r: 0.15 * np.abs(r[:, 1]) * np.sign(m.v[:, 1]))
     ),
@@ -157,7 +166,11 @@ def test_a_payload_is_found_at_its_link_with_its_place(tmp_path: Path) -> None:
     told = small_arm.values(found, "payload", "fore")
     assert told["m"] == pytest.approx(0.8, rel=0.02)
     assert [told[f"c{axis}"] for axis in "xyz"] == pytest.approx([0.3, 0.03, -0.02], abs=0.01)
-    assert any("payload" in note for note in found.notes)
+    (kept,) = found.model.effects
+    moments = [float(kept.parameters[f"I{axes}"]) for axes in ("xx", "yy", "zz")]
+    assert all(0.0 <= moment < 0.002 for moment in moments), "it was a point"
+    arm_diagram(found.model)  # refuses what is no body
+    assert any("Payload of fore looks like" in note for note in found.notes)
 
 
 def test_a_foot_that_is_not_level_is_found(tmp_path: Path) -> None:
@@ -175,8 +188,42 @@ def test_a_torque_that_is_late_is_found(tmp_path: Path) -> None:
     assert small_arm.values(found, "time_delay", "")["delay"] == pytest.approx(0.004, rel=0.05)
 
 
+def test_a_delay_is_told_from_a_lag_where_both_are_long(tmp_path: Path) -> None:
+    moves, rigid = small_arm.rigid(4, tmp_path)
+    delayed = np.stack([np.interp(moves.time - 0.03, moves.time, column) for column in rigid.T], 1)
+    found = diagnosed(tmp_path, delayed, moves, 4)
+    assert small_arm.named(found) == {("time_delay", "")}
+    assert small_arm.values(found, "time_delay", "")["delay"] == pytest.approx(0.03, rel=0.03)
+
+
+def test_a_torque_that_is_read_through_a_filter_is_found(tmp_path: Path) -> None:
+    """tau y' = u - y, by the exact answer to a torque that is linear between samples."""
+    moves, rigid = small_arm.rigid(4, tmp_path)
+    tau, step = 0.04, moves.time[1] - moves.time[0]
+    passed, y = -np.expm1(-step / tau), rigid[0]
+    read = [y]
+    for before, now in itertools.pairwise(rigid):
+        y = y + passed * (before - y) + (1.0 - passed * tau / step) * (now - before)
+        read.append(y)
+    found = diagnosed(tmp_path, np.array(read), moves, 4)
+    assert small_arm.named(found) == {("force_lag", "")}
+    assert small_arm.values(found, "force_lag", "")["tau"] == pytest.approx(tau, rel=0.03)
+
+
+def test_a_joint_that_gives_way_is_found_by_its_torque_alone(tmp_path: Path) -> None:
+    """The log has the drive's position, which is ahead of the link's by the torque over k."""
+    moves, rigid = small_arm.rigid(1, tmp_path)
+    stiffness = 1500.0
+    ahead = moves.q + np.outer(rigid[:, 1] / stiffness, [0.0, 1.0, 0.0])
+    log = small_arm.noisy(moves, rigid, 1)
+    found = diagnose_arm([replace(log, q=ahead)], small_arm.model(tmp_path))
+    assert small_arm.named(found) == {("joint_elasticity", "lift")}
+    assert small_arm.values(found, "joint_elasticity", "lift")["k"] == pytest.approx(stiffness, rel=0.1)
+
+
 def test_every_effect_of_arms_has_a_test_here() -> None:
-    assert {*CASES, "payload", "gravity_offset", "time_delay"} == set(ARM_EFFECTS)
+    of_no_table = {"payload", "gravity_offset", "time_delay", "force_lag", "joint_elasticity"}
+    assert {*CASES} | of_no_table == set(ARM_EFFECTS)
 
 
 def test_another_link_s_numbers_are_parameters_and_no_effect(tmp_path: Path) -> None:
@@ -187,8 +234,6 @@ def test_another_link_s_numbers_are_parameters_and_no_effect(tmp_path: Path) -> 
     (believed / "small.urdf").write_text(wrong)
     moves, rigid = small_arm.rigid(5, tmp_path)
     model = small_arm.model(tmp_path)
-    from dataclasses import replace
-
     found = diagnose_arm([small_arm.noisy(moves, rigid, 5)], replace(model, robot=believed / "small.urdf"))
     joints = {e.where for e in found.effects if e.certain and e.where in JOINTS}
     assert not joints

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import mmt_drake
+from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.cli.main import COMMANDS, main
 from mmt_drake.cli.progress import progress
 from mmt_drake.effects import LIBRARY
@@ -134,7 +135,7 @@ def test_a_stream_without_all_characters_gets_their_escapes() -> None:
 def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["effects", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
-    assert [entry["name"] for entry in listed] == list(LIBRARY)
+    assert [entry["name"] for entry in listed] == list(dict.fromkeys([*LIBRARY, *ARM_EFFECTS]))
     friction = next(entry for entry in listed if entry["name"] == "static_friction")
     assert list(friction) == [
         "name",
@@ -148,9 +149,25 @@ def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> N
         "parameters",
         "equation",
         "source",
+        "of_arms",
     ]
+    assert {tuple(entry) for entry in listed} == {tuple(friction)}
     assert (friction["block"], friction["replaces"]) == ("friction", "Fc")
     assert friction["parameters"][2] == {"symbol": "v_d", "unit": "m/s", "bounds": [0.0, None]}
+
+
+def test_what_looks_alike_on_an_arm_is_published(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "--json"]) == 0
+    listed = {entry["name"]: entry["of_arms"] for entry in json.loads(capsys.readouterr().out)}
+    assert listed["nonlinear_stiffness"] is None
+    alike = {name: [other["name"] for other in own["near_equal_to"]] for name, own in listed.items() if own}
+    assert alike["rotor_inertia"] == ["link_inertia"] and alike["torque_gain"] == ["scaled_inertias"]
+    assert alike["payload"] == ["link_inertia"] and alike["time_delay"] == ["force_lag"]
+    assert listed["coulomb_friction"] == {
+        "place": "joint",
+        "parameters": [{"symbol": "Fc", "unit": "N m"}],
+        "near_equal_to": [],
+    }
 
 
 def test_effects_for_people_names_every_parameter_with_its_unit(capsys: pytest.CaptureFixture[str]) -> None:

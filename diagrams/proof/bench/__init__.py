@@ -14,6 +14,7 @@ GROUPS = {
     "pacing": ("pacing",),
     "haptics": ("haptics",),
     "learning": ("learning",),
+    "arms": ("arms",),
 }
 """Group -> the modules here that measure it."""
 
@@ -23,6 +24,7 @@ _LEADS = {
     "pacing": "Set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing.",
     "haptics": "Set-up 1 with an emulated device in the hand at 1 kHz.",
     "learning": "A learner beside set-up 1: its cost by the wall clock, repetition, energy, silence where nothing is.",
+    "arms": "How long `diagnose` takes on a minute of a Panda's joints at 1 kHz.",
 }
 
 

@@ -23,6 +23,7 @@ MODULES: Final = {
     "carrying": "carrying",
     "scene": "scene",
     "arms": "arms",
+    "arm-force": "arms",
     **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }
 """Name -> the module here that has it among its `STUDIES`."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, Protocol, get_args
 
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
@@ -35,7 +35,28 @@ that is not in the library, of which the one found draws the most."""
 _RIVALS = 2
 """Sets that are compared at each depth: which of them is the better one may show on the accurate clock alone."""
 
-_AT: dict[Depth, Callable[[Effect], tuple[str, str]]] = {
+
+class Placed(Protocol):
+    """What has a name at every depth, and an axis."""
+
+    @property
+    def name(self) -> str:
+        """Of the law."""
+
+    @property
+    def family(self) -> str:
+        """Of laws that are mostly alike."""
+
+    @property
+    def block(self) -> str:
+        """In which it acts."""
+
+    @property
+    def axis(self) -> str:
+        """Along which."""
+
+
+_AT: dict[Depth, Callable[[Placed], tuple[str, str]]] = {
     "law": lambda effect: (effect.name, effect.axis),
     "family": lambda effect: (effect.family, effect.axis),
     "block": lambda effect: (effect.block, effect.axis),
@@ -171,7 +192,7 @@ def beside_the_nameless(depth: Depth | None, share: float, nameless: float, may_
     return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
 
 
-def beside_the_untried(depth: Depth | None, effect: Effect, others: Iterable[Effect]) -> Depth | None:
+def beside_the_untried(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:
     """How deep a name holds beside effects that there was no time to try in its place.
 
     What was not tried is not ruled out. A law is then no surer than its family, and a family no surer than its block.

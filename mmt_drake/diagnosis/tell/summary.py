@@ -1,6 +1,6 @@
 """A diagnosis in one paragraph."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 from mmt_drake.analysis.wording import significant
@@ -31,7 +31,7 @@ _ACCOUNTED_FOR: Final = {
 
 def summary_of(diagnosis: Diagnosis) -> str:
     """What was found, what to do about it, and what to keep in mind with it, for a person who acts on it."""
-    tellers = (bounds_of, budget_of, _verdict, _untried, _errors, _where, _warnings)
+    tellers = (bounds_of, budget_of, _verdict, lambda d: untried_of(d.untried), _errors, _where, _warnings)
     return " ".join(part for part in (tell(diagnosis) for tell in tellers) if part)
 
 
@@ -76,12 +76,13 @@ def _verdict(d: Diagnosis) -> str:
     return said[d.verdict]
 
 
-def _untried(d: Diagnosis) -> str:
-    if not d.untried:
+def untried_of(untried: Sequence[str]) -> str:
+    """What there was no time to try, in a sentence; nothing where that is nothing."""
+    if not untried:
         return ""
-    more = len(d.untried) - _MOST_UNTRIED
+    more = len(untried) - _MOST_UNTRIED
     others = f" and {more} more" if more > 0 else ""
-    names = ", ".join(map(words, d.untried[:_MOST_UNTRIED]))
+    names = ", ".join(map(words, untried[:_MOST_UNTRIED]))
     return f"There was no time to try {names}{others}; --time-budget gives more."
 
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from mmt_drake.diagrams.proof.experiments.arms.cases import CASES, ArmResult, run_case
 from mmt_drake.diagrams.proof.experiments.arms.report import WITHIN, report_of
+from mmt_drake.diagrams.proof.trial.real.arm_cases import CASES, ArmResult, run_case
 
 UR10E, _, LOADED = CASES[:3]
 

@@ -15,7 +15,7 @@ from mmt_drake.diagnosis.tell.result import Alternative, Diagnosis, Fit, Heldout
 from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.diagrams.proof.trial.real import run
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase, RealPart
-from mmt_drake.diagrams.proof.trial.real.data_sets import CASES, real_cases, without_a_case
+from mmt_drake.diagrams.proof.trial.real.data_sets import CASES, real_arms, real_cases, without_a_case
 from mmt_drake.diagrams.proof.trial.real.preparation import between, from_release, loaded_by_gravity
 from mmt_drake.diagrams.proof.trial.real.run import Diagnosed, diagnosed_table, held_out_error, run_real
 from mmt_drake.errors import BadInput
@@ -75,7 +75,8 @@ def test_the_physics_that_is_known_is_not_in_the_models() -> None:
 
 
 def test_a_data_set_has_cases_or_is_told_to_have_none(recordings: Path) -> None:
-    tried, untried = {case.folder for case in real_cases(recordings)}, without_a_case(recordings)
+    cases = [*real_cases(recordings), *real_arms(recordings)]
+    tried, untried = {case.folder for case in cases}, without_a_case(recordings)
     assert tried.isdisjoint(untried) and "panda_comanipulation" in untried  # the operator's motion alone
     assert tried.union(untried) == {path.name for path in recordings.iterdir() if path.is_dir()}
 
@@ -244,6 +245,7 @@ def test_where_nothing_was_fitted_the_table_has_dashes_and_json_null(
         return Diagnosed(Diagnosis("insufficient_data", "too still"), refit=None, augmented=None)
 
     monkeypatch.setattr(run, "real_cases", lambda directory, only: [body])
+    monkeypatch.setattr(run, "real_arms", lambda directory, only: [])
     report = run.real_study(str(tmp_path / "data"), diagnose).run(Asked(tmp_path / "out"), lambda done: None)
     _, table = report.tables
     assert [len(row) for row in table.texts()] == [len(table.headers)] * 2
@@ -276,3 +278,23 @@ def test_recordings_of_three_axes_are_not_scored() -> None:
     columns = {f"{name}_{axis}": np.zeros(100) for name in ("position", "force") for axis in "xyz"}
     with pytest.raises(BadInput, match="found a contact recording, expected a driven body or a single axis"):
         held_out_error(parse_model(TRUTH), [completed(time, columns, "probe")])
+
+
+def test_arms_are_diagnosed_beside_the_others_and_told_joint_by_joint(recordings: Path, tmp_path: Path) -> None:
+    def nobody(some: Sequence[Recording], model: Mapping[str, Any], out: Path) -> Diagnosed:
+        raise AssertionError("no other case was asked for")
+
+    report = run.real_study(str(recordings), nobody, ["kuka_kr300"]).run(Asked(tmp_path), lambda done: None)
+    (arm,) = report.document["arms"]
+    assert (arm["name"], arm["verdict"]) == ("KR300", "partly_explained")
+    (table,) = report.tables
+    rows = {row[1]: row for row in table.rows}
+    assert list(rows) == [f"joint_{n}" for n in range(1, 7)]
+    assert "joint elasticity (law)" in str(rows["joint_3"][3])
+    _, _, _, _, handed_in, found, simple, _ = rows["joint_6"]
+    assert found < simple < handed_in
+
+
+def test_an_arm_without_its_folder_is_named(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="ur10e_arm: found no such folder"):
+        real_arms(tmp_path)

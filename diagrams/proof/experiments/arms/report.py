@@ -9,9 +9,9 @@ from typing import Final
 
 from mmt_drake.analysis.page import Section
 from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.diagrams.proof.experiments.arms.cases import CASES, ArmResult, run_case
 from mmt_drake.diagrams.proof.studies.processes import results_of
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Reached, Report, Study, Target
+from mmt_drake.diagrams.proof.trial.real.arm_cases import CASES, ArmResult, run_case
 from mmt_drake.effects.wording import words
 
 WITHIN: Final = 1.02
@@ -32,8 +32,8 @@ def report_of(results: Sequence[ArmResult]) -> Report:
         (
             "Public recordings of arms. Each model is diagnosed on one log, then predicts the torque of another one "
             "from its motion alone; errors are RMS over the torque's spread, below 8 Hz, while a joint moves. Simple "
-            "fits, viscous and Coulomb, are those that the recordings' notes print. The KR300, the PSM and the "
-            "Kinova come without a file: their lengths are published, their masses guessed."
+            "fits, viscous and Coulomb, are those that the recordings' notes print. The KR300, the PSM, the Schunk and "
+            "the Kinova come without a file: their lengths are published, their masses guessed."
         ),
         "Arms",
         tables,

@@ -8,6 +8,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Final
 
+from mmt_drake.diagrams.proof.trial.real.arm_cases import CASES as ARMS
+from mmt_drake.diagrams.proof.trial.real.arm_cases import ArmCase
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase, RealPart
 from mmt_drake.diagrams.proof.trial.real.preparation import from_horizontal, from_release, loaded_by_gravity
 from mmt_drake.errors import BadInput
@@ -230,7 +232,7 @@ def real_cases(directory: str | Path, only: Collection[str] = ()) -> list[RealCa
     Raises:
         BadInput: a folder is missing, or no case is about one that is asked for; it says which.
     """
-    known = {case.folder for case in CASES}
+    known = {case.folder for case in CASES} | {case.folder for case in ARMS}
     for name in only:
         if name not in known:
             raise BadInput("--only", found=repr(name), expected=f"one of {', '.join(sorted(known))}")
@@ -240,7 +242,23 @@ def real_cases(directory: str | Path, only: Collection[str] = ()) -> list[RealCa
     return cases
 
 
+def real_arms(directory: str | Path, only: Collection[str] = ()) -> list[ArmCase]:
+    """The same of robot arms, whose recordings are logs of their joints.
+
+    Args:
+        directory: holds the folders of the data sets.
+        only: folders of data sets; all unless given.
+
+    Raises:
+        BadInput: a folder is missing; it says which.
+    """
+    cases = [case for case in ARMS if not only or case.folder in only]
+    for case in cases:
+        case.path(directory)
+    return cases
+
+
 def without_a_case(directory: str | Path) -> list[str]:
     """Folders of data sets that no case is about."""
     folders = {path.name for path in Path(directory).iterdir() if path.is_dir()}
-    return sorted(folders - {case.folder for case in CASES})
+    return sorted(folders - {case.folder for case in (*CASES, *ARMS)})

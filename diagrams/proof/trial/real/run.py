@@ -1,5 +1,6 @@
 """The cases on public recordings, diagnosed: what was said, and what it is worth on recordings it did not see."""
 
+import math
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -13,8 +14,10 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.tell.result import Diagnosis, HeldoutNrmse
 from mmt_drake.diagrams.proof.studies import Asked, Report, Study
 from mmt_drake.diagrams.proof.studies.study import Progress
+from mmt_drake.diagrams.proof.trial.real.arm_cases import ArmResult, run_case
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase
-from mmt_drake.diagrams.proof.trial.real.data_sets import real_cases, without_a_case
+from mmt_drake.diagrams.proof.trial.real.data_sets import real_arms, real_cases, without_a_case
+from mmt_drake.effects.wording import words
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.numeric.arrays import Array
@@ -193,6 +196,32 @@ def real_table(results: Sequence[RealResult]) -> Table:
     return Table(headers, rows, "RMS error on recordings that nothing was fitted to, free-running; best published")
 
 
+def named_table(results: Sequence[ArmResult]) -> Table:
+    """A row for each joint: what was named there, and how far the models are off."""
+    rows: list[list[Cell]] = []
+    for r in results:
+        whole = [f"{names} on {place or 'the arm'}" for place, names in r.named.items() if place not in r.joints]
+        if whole:
+            rows.append([r.name, "", words(r.verdict), "; ".join(whole), None, None, None, r.seconds])
+        for j, joint in enumerate(r.joints):
+            first = [r.name, joint, words(r.verdict)] if j == 0 and not whole else ["", joint, ""]
+            seconds = r.seconds if j == 0 and not whole else None
+            errors = (r.handed_in[j], r.found[j], r.simple[j])
+            rows.append([*first, r.named.get(joint, "nothing"), *errors, seconds])
+    headers = (
+        "arm",
+        "joint",
+        "verdict",
+        "named, as certain as",
+        "as handed in",
+        "with what was found",
+        "simple fit",
+        "s",
+    )
+    title = "Arms, joint by joint: error of the torque over its spread, on a log or on blocks that were not fitted."
+    return Table(headers, rows, title, digits=3)
+
+
 def held_out_error(model: Model, recordings: Sequence[Recording]) -> tuple[float, float]:
     """RMS error of a model over all samples of some recordings, and the same over the standard deviation measured.
 
@@ -232,21 +261,36 @@ def _score(
     return RealResult(case, test, diagnosed.diagnosis, rmse, nrmse, seconds)
 
 
-def real_study(directory: str, diagnose: Diagnose, only: Collection[str] = ()) -> Study:
-    """The study that diagnoses the cases of a folder of public recordings, or of some of its data sets."""
+def real_study(directory: str, diagnose: Diagnose, only: Collection[str] = (), time_budget: float = math.inf) -> Study:
+    """The study that diagnoses the cases of a folder of public recordings, or of some of its data sets; arms last.
+
+    Args:
+        directory: holds the folders of the data sets.
+        diagnose: a case that is no arm.
+        only: folders of data sets; all unless given.
+        time_budget: of the diagnosis of each arm [s].
+    """
 
     def run(asked: Asked, progress: Progress) -> Report:
-        started, cases = count(), real_cases(directory, only)
+        started, cases, arms = count(), real_cases(directory, only), real_arms(directory, only)
         results = run_real(directory, diagnose, asked.out, cases=cases, starting=lambda case: progress(next(started)))
+        moved = []
+        for arm in arms:
+            progress(next(started))
+            moved.append(run_case(arm, Path(directory), time_budget))
         untried = [] if only else without_a_case(directory)
+        tables = [diagnosed_table(results), real_table(results)] if results else []
         return Report(
-            {"real": [result.document() for result in results]},
+            {"real": [result.document() for result in results], "arms": [asdict(result) for result in moved]},
             title="Real recordings",
             lead="Known physics concealed from the model that is handed in; judged on recordings that nothing was "
             "fitted to.",
             heading="",
-            own_tables=[diagnosed_table(results), real_table(results)],
+            own_tables=[*tables, *([named_table(moved)] if moved else [])],
             sentences=[f"not tried, for want of a case: {', '.join(untried)}"] if untried else [],
         )
 
-    return Study("real recordings, data sets", (), lambda asked: len(real_cases(directory, only)), run)
+    def steps(asked: Asked) -> float:
+        return len(real_cases(directory, only)) + len(real_arms(directory, only))
+
+    return Study("real recordings, data sets", (), steps, run)

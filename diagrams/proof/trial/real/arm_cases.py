@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,11 +13,12 @@ from mmt_drake.arms.believed import predicted
 from mmt_drake.arms.diagnosis import diagnose_arm
 from mmt_drake.arms.joint_log import JointLog, load_joint_log
 from mmt_drake.arms.plant import ArmPlant
-from mmt_drake.diagrams.proof.experiments.arms import plants
+from mmt_drake.diagrams.proof.trial.real import arm_plants
+from mmt_drake.effects.wording import words
 from mmt_drake.errors import BadInput
 from mmt_drake.recording.public import FOLDER, public_recordings
 
-_PLANTS: Final = Path(plants.__file__)
+_PLANTS: Final = Path(arm_plants.__file__)
 _UR10E_GAINS: Final = (10.0, 10.70, 8.46, 9.00, 9.48, 10.12)
 _KR300_GEARS: Final = (257.0, 267.0, 252.0, 221.0, 240.0, 154.0)
 _SPEEDS: Final = ("0.05", "0.10", "0.50", "0.90", "1.50")
@@ -29,7 +31,7 @@ class ArmCase:
     Attributes:
         name: of the case.
         folder: of its recordings.
-        robot: its file there; empty: `function` of `plants` makes it.
+        robot: its file there; empty: `function` of `arm_plants` makes it.
         function: see there.
         column, factor: of the torque, see `ArmModel`.
         fitted: logs that are diagnosed.
@@ -49,6 +51,17 @@ class ArmCase:
     factor: tuple[float, ...] = ()
     simple: tuple[float | None, ...] = ()
     after: str = ""
+
+    def path(self, recordings: str | Path) -> Path:
+        """Its folder in that of the public recordings.
+
+        Raises:
+            BadInput: there is none.
+        """
+        folder = Path(recordings) / self.folder
+        if not folder.is_dir():
+            raise BadInput(folder, found="no such folder", expected=f"the public recordings, which {FOLDER} names")
+        return folder
 
 
 _UR10E = ArmCase(
@@ -102,6 +115,10 @@ CASES: Final = (
         function="psm",
         simple=(0.176, None, 0.212, None, None, None, None),
     ),
+    # Twenty times the same torque; the arm goes farther each time.
+    ArmCase(
+        "Schunk", "schunk_arm", tuple(f"run_{number:03d}" for number in range(1, 20, 2)), "run_010", function="schunk"
+    ),
     ArmCase(
         "Kinova joint 7",
         "kinova_gen3_joint7",
@@ -126,6 +143,7 @@ class ArmResult:
         dry: joint -> name of the law of dry friction and how deep it is certain.
         payload_kg: found; None where none was.
         seconds: of the diagnosis.
+        named: place -> effects that are sure there, and how deep; the empty place is the whole arm.
     """
 
     name: str
@@ -140,6 +158,7 @@ class ArmResult:
     dry: dict[str, str]
     payload_kg: float | None
     seconds: float
+    named: dict[str, str]
 
 
 def model_of(case: ArmCase, folder: Path) -> ArmModel:
@@ -153,37 +172,52 @@ def model_of(case: ArmCase, folder: Path) -> ArmModel:
     return ArmModel(robot=robot, source=case.name, function=case.function, column=case.column, factor=case.factor)
 
 
-def logs_of(case: ArmCase, names: tuple[str, ...], model: ArmModel) -> list[JointLog]:
+def logs_of(case: ArmCase, names: tuple[str, ...], model: ArmModel, recordings: Path) -> list[JointLog]:
     """Logs of a case.
+
+    Args:
+        case: whose.
+        names: of the logs.
+        model: of the arm.
+        recordings: folder of public recordings.
 
     Raises:
         BadInput: the folder of public recordings has no such file.
     """
-    folder = public_recordings() / case.folder
-    if not folder.is_dir():
-        raise BadInput(folder, found="no such folder", expected=f"the public recordings, which {FOLDER} names")
+    folder = case.path(recordings)
     arm = ArmPlant.of(model)
     return [load_joint_log(folder / f"{name}.npz", model, arm.joints) for name in names]
 
 
-def run_case(case: ArmCase) -> ArmResult:
-    """Diagnose an arm, and hold what was found to another log."""
-    begun = time.perf_counter()
-    model = model_of(case, public_recordings())
+def run_case(case: ArmCase, recordings: Path | None = None, time_budget: float = math.inf) -> ArmResult:
+    """Diagnose an arm, and hold what was found to another log.
+
+    Args:
+        case: what is diagnosed.
+        recordings: folder of public recordings; where they usually are unless given.
+        time_budget: of the diagnosis [s].
+    """
+    begun, folder = time.perf_counter(), recordings or public_recordings()
+    model = model_of(case, folder)
     if case.after:
         before = next(other for other in CASES if other.name == case.after)
-        model = diagnose_arm(logs_of(before, before.fitted, model), model).model
+        model = diagnose_arm(logs_of(before, before.fitted, model, folder), model, time_budget=time_budget).model
         begun = time.perf_counter()
-    diagnosis = diagnose_arm(logs_of(case, case.fitted, model), model)
+    diagnosis = diagnose_arm(logs_of(case, case.fitted, model, folder), model, time_budget=time_budget)
     seconds = time.perf_counter() - begun
     arm = ArmPlant.of(model)
     if case.tested:
-        (other,) = logs_of(case, (case.tested,), model)
+        (other,) = logs_of(case, (case.tested,), model, folder)
         handed_in, found = (predicted(arm, m, other).nrmse for m in (model, diagnosis.model))
         errors = tuple(map(float, handed_in)), tuple(map(float, found))
     else:
         errors = tuple(j.nominal for j in diagnosis.joints), tuple(j.augmented for j in diagnosis.joints)
     dry = {e.where: f"{e.name} ({e.certain or 'not sure'})" for e in diagnosis.effects if e.family == "dry_friction"}
+    named: dict[str, str] = {}
+    for effect in diagnosis.effects:
+        if effect.certain:
+            before_it = f"{named[effect.where]}, " if effect.where in named else ""
+            named[effect.where] = f"{before_it}{words(effect.name)} ({effect.certain})"
     masses = [e.numbers["m"] for e in diagnosis.effects if e.name == "payload"]
     return ArmResult(
         case.name,
@@ -197,4 +231,5 @@ def run_case(case: ArmCase) -> ArmResult:
         dry,
         next((m.value for m in masses if not isinstance(m, str)), None),
         round(seconds, 1),
+        named,
     )

@@ -2,7 +2,7 @@
 
 KR300: reach and heights of the data sheet of KUKA KR 300 R2500. PSM: an arm about a remote centre that slides along its
 tool (Kazanzides et al. 2014, IEEE Int. Conf. Robotics and Automation); its counterweights and parallelogram are left
-out. Kinova: its last joint alone, upright.
+out. Schunk: lengths of the data sheet of the LWA 4P. Kinova: its last joint alone, upright.
 """
 
 from __future__ import annotations
@@ -37,6 +37,20 @@ def psm() -> Any:
             ChainJoint(axis=(1.0, 0.0, 0.0), mass=0.02, size=0.01),
             ChainJoint((0.0, 0.0, -0.0091), axis=(0.0, 1.0, 0.0), mass=0.02, size=0.01),
             ChainJoint(axis=(0.0, 1.0, 0.0), mass=0.02, size=0.01),
+        ]
+    )
+
+
+def schunk() -> Any:
+    """Six joints of a light arm."""
+    return chain(
+        [
+            ChainJoint((0.0, 0.0, 0.205), mass=3.9, size=0.1),
+            ChainJoint(axis=(0.0, 1.0, 0.0), mass=4.0, size=0.35),
+            ChainJoint((0.0, 0.0, 0.35), axis=(0.0, -1.0, 0.0), mass=3.0, size=0.2),
+            ChainJoint(mass=2.0, size=0.3),
+            ChainJoint((0.0, 0.0, 0.305), axis=(0.0, 1.0, 0.0), mass=1.5, size=0.1),
+            ChainJoint((0.0, 0.0, 0.075), mass=0.5, size=0.05),
         ]
     )
 
