@@ -94,6 +94,26 @@ def test_a_model_cannot_be_switched_where_none_is_rendered():
 
 
 @pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            ["environment.!=ForeignBox", "environment.object.parameters.k1=5"],
+            "environment.object.parameters: found k1 or b1 of a !ForeignBox, expected 0",
+        ),
+        (["learner={}"], "learner: found a learner, expected null"),
+    ],
+)
+def test_what_cannot_be_carried_is_refused_beside_carrying(changes, message):
+    with pytest.raises(BadInput, match=message):
+        load_scenario("setup1-carrying", changes)
+
+
+def test_of_several_objects_none_is_carried():
+    with pytest.raises(BadInput, match="environment: found !SeveralObjects, expected one object"):
+        load_scenario("setup4", ["carrying={}"])
+
+
+@pytest.mark.parametrize(
     ("change", "message"),
     [
         ("operator.motoin=x", "operator: found the key 'motoin' (did you mean motion?)"),
