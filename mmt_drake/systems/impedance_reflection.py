@@ -132,6 +132,7 @@ class ImpedanceRenderer(KernelSystem):
         may_be_left = ("held_body", "hand", "model_status", "facet", "model", "thing")
         self.declare_inputs("motion", "theta", "stable", "in_contact", *may_be_left, optional=may_be_left)
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
+        meet(np.zeros(MEMORY_SIZE), 0.0)  # compiled before the clock starts, as all else
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, *inputs: Array) -> None:
@@ -139,6 +140,7 @@ class ImpedanceRenderer(KernelSystem):
         if thing is not None and thing[0] != memory[THING]:
             memory = memory.copy()
             meet(memory, thing[0])
+            memory.setflags(write=False)  # as that of the Context is: another kind of array would be compiled anew
         hand = motion if hand is None else hand
         if self._placed:
             motion = np.concatenate((motion[:3], np.zeros(3)))
@@ -154,4 +156,5 @@ class ImpedanceRenderer(KernelSystem):
             without = memory.copy()
             if not drop_laws(without, laws[NUMBER]):
                 raise
+            without.setflags(write=False)
             render_on(without, *given[1:], *fixed, laws, out)

@@ -230,6 +230,8 @@ ON_THE_TABLE = frozenset(
     (port, "carries") for port in ("motion", "force", "grip", "in_contact", "theta", "carried")
 ) | frozenset((port, "force") for port in ("grip", "in_contact", "theta", "carried"))
 
+STILL_ON_THE_TABLE = frozenset({"deviation", "status"})  # nothing is carried for long enough to be told
+
 CASES: dict[str, Case] = {
     "InteractiveOperator": Case(lambda folder: interactive_operator()),
     "RecordedOperator": Case(lambda folder: recorded_operator()),
@@ -246,7 +248,7 @@ CASES: dict[str, Case] = {
         computed_together=GRIPPED | {("grip", "force"), ("grip", "measurement")},
     ),
     "GripScript": Case(lambda folder: GripScript(closes=0.1, opens=0.4)),
-    "LoadEstimator": Case(lambda folder: LoadEstimator(), computed_together=UNTOLD, still=frozenset({"deviation"})),
+    "LoadEstimator": Case(lambda folder: LoadEstimator(), computed_together=UNTOLD, still=STILL_ON_THE_TABLE),
     "CarriedReflection": Case(
         lambda folder: CarriedReflection(updates=EnergyPermitting()),
         computed_together=ON_THE_TABLE,
