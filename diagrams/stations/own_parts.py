@@ -115,11 +115,12 @@ def part_ports(part: str) -> tuple[dict[str, int | None], dict[str, int]]:
 
     None is the size of a port for a `mmt_drake.cloud.Cloud`.
     """
-    from mmt_drake.diagrams.stations.table import READS, RECORDED  # which imports the options
+    from mmt_drake.diagrams.stations.table import NETS, READS, RECORDED  # which imports the options
 
     own, sizes = f"{part}.", {signal.name: signal.size for signal in reversed(SIGNALS)}
     inputs = [name.removeprefix(own) for name in READS if name.startswith(own)]
-    outputs = {net.split()[0]: sizes[signal] for signal, net in RECORDED.items() if net.startswith(own)}
+    sources = ((signal, one) for signal, net in RECORDED.items() for one in NETS.get(net, net).split(" | "))
+    outputs = {one.split()[0]: sizes[signal] for signal, one in sources if one.startswith(own)}
     return {name: INPUT_SIZES.get(name) for name in inputs}, {
         net.removeprefix(own): size for net, size in outputs.items()
     }

@@ -101,6 +101,9 @@ PARTS: Final = (
     Part("live_view", parts.live_view),
 )
 
+_BESIDE: Final = ("carried", "scene", "told_thing")
+"""What comes back for parts beside the renderer."""
+
 READS: Final = {
     "operator.force": "felt_force",
     "operator.ages": "watched",
@@ -162,7 +165,9 @@ READS: Final = {
     "telerobot.commanded": "commanded",
     "telerobot.force": "measurement[6:9]",
     "telerobot.remote_energy": "energy_to_telerobot.received",
-    **{f"renderer.{name}": f"to_operator.{name}" for name in RETURNED if name != "carried"},
+    **{
+        f"renderer.{name}": f"to_operator.{name}" for name in RETURNED if name not in ("carried", "scene", "told_thing")
+    },
     "renderer.theta": "memory.theta | to_operator.theta",
     "renderer.stable": "memory.stable | to_operator.stable",
     "renderer.model_status": "memory.model_status | to_operator.model_status",

@@ -15,7 +15,7 @@ from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, Learnin
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_told
 from mmt_drake.model.message_layout import MESSAGE_NUMBER
-from mmt_drake.model.scene_layout import ACROSS, ALONG, HEIGHT, row_of
+from mmt_drake.model.scene_layout import ACROSS, ALONG, HEIGHT, SCENE_SIZE, row_of
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -130,6 +130,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
         # Half-way between ticks: multiples of two periods that should coincide differ in their last bit now and then.
         first = chosen.latency - 0.5 * chosen.step
         self.DeclarePeriodicUnrestrictedUpdateEvent(chosen.latency, first, self._learn)
+        row_of(np.zeros(SCENE_SIZE), 0.0)  # compiled before the clock starts, as all else
         self.compile_kernels()
         if self.fits is None:
             learner.compile()

@@ -91,6 +91,8 @@ STATIONS = (
     ("setup1", ("environment.surface=!Sphere {}",)),
     ("setup1-learning", ()),
     ("setup1-carrying", ()),
+    ("setup4", ()),
+    ("setup4", ("environment.cloud=!SimulatedDepthCamera {}",)),
 )
 
 

@@ -44,7 +44,8 @@ def test_everything_that_can_be_said_is_said_in_setup1_everything():
     unsaid = {"estimator.freeze_after", "estimator.step", "detector.period", "detector.surface_offset"}
     unsaid |= {"environment.cloud.file", "environment.cloud.voxel"}
     unsaid |= {"telerobot", "telerobot_device", "renderer.arm"}  # of set-up 3
-    unsaid |= {"renderer.effects", "learner"}  # where the body carries the surface there are none
+    unsaid |= {"renderer.effects", "renderer.structure", "learner"}  # where the body carries the surface there are none
+    unsaid |= {"carrying", "operator_device.trigger"}  # of set-up 1 with a grip
     unsaid |= {"environment.object.parameters.Fc"} | {f"{way}.trace" for way in ("to_telerobot", "to_operator")}
     unsaid |= {f"to_renderer.{field.name}" for field in dataclasses.fields(ChannelConfig)} - {"to_renderer.delay"}
     unsaid |= {f"to_operator.{name}" for name in ("reordering_delay", "rate_limit", "queue", "playout")}
@@ -170,7 +171,7 @@ def test_the_object_of_a_scenario_has_effects_as_a_model_file_has_them():
 
 
 def test_an_unknown_scenario_lists_the_known_ones():
-    with pytest.raises(BadInput, match="setup1, setup1-delay"):
+    with pytest.raises(BadInput, match="setup1, setup1-carrying, setup1-delay"):
         load_scenario("setup9")
 
 

@@ -194,6 +194,7 @@ class Learner:
         """Compile what a fit calls."""
         known = self.beginning()
         self._objective(known).difference(known.x, known.stick)
+        self.met(known, 1, (1.0, 1.0, 1.0))
 
     def _prior(self, known: Knowledge) -> Information:
         normal = known.normal if known.normal_covariance[0, 0] < 0.5 * NORMAL_DEVIATION[0] ** 2 else None
