@@ -56,7 +56,7 @@ def test_what_is_longer_than_fits_stands_on_disk_and_is_read_column_by_column(
     save(replace(written, clouds=clouds), tmp_path / "long.mcap")
     load(tmp_path / "long.mcap")
     read, peak = loaded(tmp_path / "long.mcap")
-    assert peak < 20 * read.time.nbytes < size_of(read) / 2
+    assert peak < size_of(read) / 8, (peak / read.time.nbytes, size_of(read) / read.time.nbytes)
     same(written, read, clock=1e-9)
     assert [(time, points.tolist()) for time, points in read.clouds] == [(t, p.tolist()) for t, p in clouds]
     assert [len(points) for _, points in read.clouds[-2:]] == [8, 9]
