@@ -50,7 +50,7 @@ def test_a_figure_says_which_group_to_ask_for(capsys: pytest.CaptureFixture[str]
 
 def test_a_group_there_is_none_of_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "slow"]) == 2
-    groups = "quick or diagnosis or pacing or haptics or learning or faults"
+    groups = "quick or diagnosis or pacing or haptics or learning or arms or faults"
     assert capsys.readouterr().err == f"mmt-drake: bench: GROUP: found slow, expected {groups}\n"
 
 

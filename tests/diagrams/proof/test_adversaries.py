@@ -37,7 +37,7 @@ def test_a_spring_whose_force_is_held_gives_half_its_stiffness_times_the_steps_s
 
 
 def test_no_adversary_gets_energy_out_of_what_is_shipped_and_other_policies_give_it() -> None:
-    runs = CASES.run(Asked(Path(), count=60))
+    runs = CASES.run(Asked(Path(), count=120))
     shipped = [run for run in runs if run.policy == AS_SHIPPED]
     assert {run.signal for run in shipped} == set(SIGNALS)
     assert {run.scenario for run in shipped} == set(all_shipped())
