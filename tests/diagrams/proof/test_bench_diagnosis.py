@@ -88,4 +88,4 @@ def test_without_dask_one_line_says_so_before_anything_is_measured(monkeypatch: 
     monkeypatch.setattr(diagnosis, "contacts", lambda: pytest.fail("measured"))
     with pytest.raises(MissingDependency, match="mmt_drake\\[cluster\\]"):
         next(measurements("diagnosis"))
-    assert set(GROUPS) == {"quick", "diagnosis", "pacing", "haptics", "arms"}
+    assert set(GROUPS) == {"quick", "diagnosis", "pacing", "haptics", "learning", "arms"}
