@@ -21,7 +21,7 @@ NOT_RUN = {
     r" --hardware| --side | --peer ": "needs devices, or a second machine; tests/cli/test_run_*.py run it on emulators",
     r" --realtime| --meshcat": "takes as long as the wall clock, and shows a page",
     r"^(experiment|trial|bench|demo)\b": "takes minutes or more; tests/cli/test_{experiment,bench,demo}.py run it",
-    r" --seconds (30|50|3600)\b": "takes half a minute or more",
+    r" --seconds (30|50|60|3600)\b": "takes half a minute or more",
     r"^view\b": "shows a page until nobody looks; tests/cli/test_view.py runs it",
     r"\bmy\.py:": "on the page's own file, with which tests/diagrams/test_own_parts.py runs it",
     r" (10mm1Hz0A|ContPalpRAL18T1)\.npz ": "on public recordings, which need not be there",
