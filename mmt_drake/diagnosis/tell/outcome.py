@@ -140,7 +140,8 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         sure = judgement.verdict != "ambiguous"
         share = {part.part: part.share for part in judgement.shares}
-        may_be_nothing = within_reach_of_nothing(delivered, known_to)
+        fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
+        may_be_nothing = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
         depths = {
             e.name: beside_the_untried(
                 beside_the_nameless(
