@@ -252,7 +252,8 @@ def _at(frame: _Frame, thing: SeenThing, cluster: _Cluster, state: SeenState, **
         (by,) = registered([thing.placed], cluster.across, 1.5 * frame.spacing)
         place = thing.place[0] + by[0], thing.place[1] + by[1]
     if math.dist(place, thing.place) < _STILL:
-        place = tuple(b + _CALM * (a - b) for a, b in zip(place, thing.place, strict=True))  # type: ignore[assignment]
+        x, y = thing.place
+        place = x + _CALM * (place[0] - x), y + _CALM * (place[1] - y)
     top, height = thing.top, thing.height
     if state == SeenState.SEEN:
         weight = max(_HEIGHT, 1.0 / (thing.looks + 1.0))

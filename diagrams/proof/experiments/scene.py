@@ -28,7 +28,6 @@ from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
 from mmt_drake.diagrams.proof.studies.study import Reached, Report
 from mmt_drake.diagrams.stations.nets import Nets
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
-from mmt_drake.diagrams.stations.several import SeveralObjects
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.model import scene_layout as at
@@ -161,7 +160,8 @@ def identities(scenario: Scenario, seconds: float) -> tuple[float, float, int, d
         Minutes of objects in view, share of them with the right identity, swaps that were not told, frames by state.
     """
     site = Site(scenario)
-    several: SeveralObjects = scenario.environment  # type: ignore[assignment]  # of set-up 4
+    several = scenario.several
+    assert several is not None  # of set-up 4
     names = ("operator", "environment", "camera", "scene")
     systems = site.person.system, several.build(site), site.surface.camera, several.tracker(site)
     parts = {name: system for name, system in zip(names, systems, strict=True) if system is not None}
