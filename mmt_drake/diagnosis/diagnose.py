@@ -196,7 +196,7 @@ class _Session:
         nothing = Judgement(
             "unexplained", standard, refit, refit, ruler, (), known, believed, tried, untried=self.watch.missed
         )
-        judgement = self._named(nothing, [refit, *polished])
+        judgement = self._named(nothing, [refit, *polished], levels)
         if judgement is not None:
             if judgement.verdict == "partly_explained":
                 judgement = self._with_table(problem, judgement, polished)
@@ -205,15 +205,19 @@ class _Session:
             settled = judgement.verdict != "ambiguous" and all(e.certain == "law" for e in named)
             # A name that nothing else stands against is unsure for want of time, or of a law: no motion would tell.
             return outcome if settled or len(believed.members) == 1 else self._prescribed(outcome, believed.members)
-        if at_bounds(refit):
+        nothing_stands = not believed.members[0].hypothesis.effects
+        if at_bounds(refit) and nothing_stands:
             return self._refused_at_bounds(refit)
         judgement = self._with_table(problem, nothing, polished)
-        if judgement.learned is None and self._is_short() and not believed.members[0].hypothesis.effects:
+        if judgement.learned is None and self._is_short() and nothing_stands:
             return refused(self.prepared, self.model, _TOO_LITTLE)
         best = refit
         if ruler.of(self.model) < ruler.fitted(refit):  # a refit that predicts worse than what was handed in
             best = fine.at(refit.hypothesis, refit.hypothesis.base())
-        return outcome_of(self.prepared, self.model, replace(judgement, best=best, shares=self._shares(ruler, best)))
+        judgement = replace(judgement, best=best, shares=self._shares(ruler, best))
+        if best is refit and nothing_stands and judgement.learned is None and not judgement.untried:
+            judgement = replace(judgement, verdict=gate.without_names(judgement.shares))
+        return outcome_of(self.prepared, self.model, judgement)
 
     def _with_table(self, problem: Problem, judgement: Judgement, tried: Sequence[Fitted]) -> Judgement:
         """The judgement with the table of what its fit leaves, if that is worth while.
@@ -234,12 +238,15 @@ class _Session:
             learned = learned if better else None
         return replace(judgement, learned=learned, shapes=shapes)
 
-    def _named(self, nothing: Judgement, fits: Sequence[Fitted]) -> Judgement | None:
+    def _named(
+        self, nothing: Judgement, fits: Sequence[Fitted], levels: Sequence[Sequence[Fitted]]
+    ) -> Judgement | None:
         """The judgement that names what the members of the confidence set agree on; None if that is nothing of use.
 
         Args:
             nothing: the judgement without names.
             fits: what was held against each other.
+            levels: all that was tried, by number of effects.
         """
         standard, refit, believed = nothing.standard, nothing.refit, nothing.believed
         assert believed is not None  # of what was searched
@@ -248,7 +255,10 @@ class _Session:
             return None
         self.watch.begin(_MINIMUM)
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
-        if standard.gain(refit, best) < gate.GAIN or not is_confirmed(standard.problem, refit, best, believed, fits):
+        count = len(best.hypothesis.effects)
+        tried = len({f.hypothesis.key for level in levels for f in level if len(f.hypothesis.effects) == count})
+        confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)
+        if standard.gain(refit, best) < gate.GAIN or not confirmed:
             return None
         ruler = nothing.ruler
         shares = self._shares(ruler, best, [f for f in fits if f.hypothesis.key < best.hypothesis.key])

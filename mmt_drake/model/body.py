@@ -11,7 +11,16 @@ import math
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.forces import BodyMotion, Forces, Spring, Surroundings, force_on_probe, forces
+from mmt_drake.model.forces import (
+    BodyMotion,
+    Forces,
+    Spring,
+    Surroundings,
+    deflection,
+    force_on_probe,
+    forces,
+    knowledge,
+)
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.law_table import ENTRY, entries_of, evaluate, memory_of
 from mmt_drake.model.laws import At, Memory, Slot
@@ -297,6 +306,27 @@ def touch(state: Array, at: int, path: Cubic, s: float, p: Constants) -> None:
             k = memory_of(p.laws, entry)
             if k >= 0:
                 state[at + MEMORY + k] = state[at + MEMORY + k + 1] = 0.0
+
+
+@njit(error_model="numpy")
+def settle(state: Array, at: int, x: float, around: Surroundings, p: Constants) -> None:
+    """Let what relaxes beside the contact spring of the body that begins at `at` have given way to it being at x [m].
+
+    A recording may begin in the middle of a press: held for long, as far as it tells. Each memory goes to where it
+    would decay to with the body at rest, in one step of Newton's method: it decays at one rate.
+    """
+    if p.remembers:
+        q = read_memory(state, at + MEMORY)
+        d, _ = deflection(x, 0.0, 0.0, around, p)
+        here = knowledge(BodyMotion(x, 0.0, 0.0, q), d, 0.0, 0.0, around, p)
+        first, end = entries_of(_CONTACT, _CONTACT, p.laws, LAW_TABLE)
+        for entry in range(first, end, ENTRY):
+            k = memory_of(p.laws, entry)
+            if k >= 0:
+                _, r0, r1, rate = evaluate(p.laws, entry, here, q)
+                if rate > 0.0:
+                    state[at + MEMORY + k] += r0 / rate
+                    state[at + MEMORY + k + 1] += r1 / rate
 
 
 @njit(error_model="numpy", forceinline=True)

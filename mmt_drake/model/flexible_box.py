@@ -36,7 +36,7 @@ from mmt_drake.model.body import (
 from mmt_drake.model.forces import Spring, Surroundings, constants, law_push, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.local_contact import Facet, Touch, axes_of, force_of, height_above, is_level, touching
-from mmt_drake.model.normal_axis import press, pressed, touch_normal
+from mmt_drake.model.normal_axis import begin_normal, press, pressed, touch_normal
 from mmt_drake.model.parameters import Constants
 from mmt_drake.model.tangential import advance_object
 from mmt_drake.model.turned import TURN_SIZE, in_force_frame
@@ -94,6 +94,9 @@ def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> No
         state[PROBE + i] = motion[i]
     for i in range(2):
         state[BODY + AXIS_SIZE * i + ANCHOR] = motion[i]
+    c = constants(p)
+    if touching and c.normal_axis != 0.0:
+        begin_normal(state, NORMAL, motion[2], _normal_constants(p, c))
     _read_sensor(state, 0.0, p)
 
 

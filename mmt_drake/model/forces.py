@@ -157,7 +157,8 @@ def deflection(x: float, v: float, s: float, around: Surroundings, p: Constants)
 
 
 @njit(error_model="numpy", forceinline=True)
-def _at(body: BodyMotion, d: float, d_rate: float, s: float, around: Surroundings, p: Constants) -> At:
+def knowledge(body: BodyMotion, d: float, d_rate: float, s: float, around: Surroundings, p: Constants) -> At:
+    """What laws know of a body whose spring has deflection d [m], at the rate d_rate [m/s]."""
     load = 0.0
     if around.contact:
         load = normal_force(position_at(around.height, s), velocity_at(around.height, s), p)
@@ -186,7 +187,7 @@ def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> Fo
             drive += p.loaded * position_at(around.height, s)
     if p.laws == 0:
         return Forces(drive, p.Fd, p.Fs, p.inverse_mass, NOTHING, 0.0)
-    return _with_laws(drive, _at(body, d, d_rate, s, around, p), body.q, around.contact, p)
+    return _with_laws(drive, knowledge(body, d, d_rate, s, around, p), body.q, around.contact, p)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -234,7 +235,7 @@ def force_on_probe(body: BodyMotion, s: float, around: Surroundings, p: Constant
     d, d_rate = deflection(body.x, body.v, s, around, p)
     push = contact_push(d, d_rate, s, around.spring)
     if p.laws != 0:
-        push += _law_push(_at(body, d, d_rate, s, around, p), body.q, p)
+        push += _law_push(knowledge(body, d, d_rate, s, around, p), body.q, p)
     return -push
 
 
@@ -242,7 +243,7 @@ def force_on_probe(body: BodyMotion, s: float, around: Surroundings, p: Constant
 def law_push(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
     """Force on the body of what laws put beside the contact spring, in contact [N]."""
     d, d_rate = deflection(body.x, body.v, s, around, p)
-    return _law_push(_at(body, d, d_rate, s, around, p), body.q, p)
+    return _law_push(knowledge(body, d, d_rate, s, around, p), body.q, p)
 
 
 @njit(error_model="numpy")
@@ -259,7 +260,7 @@ def _law_push(at: At, q: Memory, p: Constants) -> float:
 def stored_in_laws(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
     """The energy that the laws on a body hold [J]; those of a contact hold none off it."""
     d, d_rate = deflection(body.x, body.v, s, around, p)
-    at, energy = _at(body, d, d_rate, s, around, p), 0.0
+    at, energy = knowledge(body, d, d_rate, s, around, p), 0.0
     first, end = entries_of(_BODY, _CONTACT if around.contact else _BODY, p.laws, LAW_TABLE)
     for entry in range(first, end, ENTRY):
         energy += stored_by(p.laws, entry, at, body.q)

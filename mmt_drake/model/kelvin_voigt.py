@@ -15,7 +15,17 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, READING, VELOCITY, advance_memory, read_motion, sense
+from mmt_drake.model.body import (
+    AXIS_SIZE,
+    MODE,
+    POSITION,
+    READING,
+    VELOCITY,
+    advance_memory,
+    read_motion,
+    sense,
+    settle,
+)
 from mmt_drake.model.forces import BodyMotion, Surroundings, constants, deflection, forces, level_spring
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.over import take_course
@@ -112,14 +122,17 @@ def _take(state: Array, t: float, position: float, velocity: float, load: float,
 
 @njit(cache=True, error_model="numpy")
 def begin(state: Array, t: float, position: float, velocity: float, load: float, p: Array) -> None:
-    """The contact at the probe's first sample, all laws at rest; fills `state` (STATE_SIZE,).
+    """The contact at the probe's first sample, all laws at rest and what relaxes relaxed; fills `state` (STATE_SIZE,).
 
     Args as `advance`.
     """
     state[:] = 0.0
     state[BEGAN] = t
     take_course(p, p[COURSE], 0.0)
-    _take(state, t, position, velocity, load, 0.0, constants(p))
+    c, nothing = constants(p), Cubic(0.0, 0.0, 0.0, 0.0)
+    around = Surroundings(nothing, Cubic(load, 0.0, 0.0, 0.0), c.rest, True, 0.0, level_spring(c))
+    settle(state, BODY, position, around, c)
+    _take(state, t, position, velocity, load, 0.0, c)
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,7 +7,7 @@ the laws are those of a contact spring, counted as there. At each touch they for
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MEMORY, READING, remember, sense, touch
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MEMORY, READING, remember, sense, settle, touch
 from mmt_drake.model.forces import BodyMotion, Surroundings, constants, level_spring
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.kelvin_voigt import spring_force
@@ -63,6 +63,13 @@ def touch_normal(state: Array, at: int, height: Cubic, s: float, c: Constants) -
     state[at + ANCHOR] = 0.0  # its spring is anchored at the surface
 
 
+@njit(error_model="numpy")
+def begin_normal(state: Array, at: int, height: float, c: Constants) -> None:
+    """Let the axis begin in contact, the probe at a height [m]; other arguments as of `press`."""
+    nothing = Cubic(0.0, 0.0, 0.0, 0.0)
+    settle(state, at, height, Surroundings(nothing, nothing, c.rest, True, 0.0, level_spring(c)), c)
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def replay_normal(
     time: Array, height: Array, height_rate: Array, starts_in: bool, changes: Array, p: Array, force: Array
@@ -79,6 +86,8 @@ def replay_normal(
     """
     state, c = np.zeros(AXIS_SIZE), constants(p)
     contact, change = starts_in, 0
+    if starts_in:
+        begin_normal(state, 0, height[0], c)
     while change < len(changes) and changes[change] <= time[0]:
         change += 1
     for k in range(len(time)):

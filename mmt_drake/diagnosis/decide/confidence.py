@@ -192,6 +192,21 @@ def beside_the_nameless(depth: Depth | None, share: float, nameless: float, may_
     return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
 
 
+def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:
+    """How deep a name holds beside the other effects of its set.
+
+    Two laws of one family on one place are as likely a third one that is not in the library, which the two make up.
+
+    Args:
+        depth: that all explanations share.
+        effect: that is named.
+        others: the set, with it or without.
+    """
+    family = _AT["family"]
+    kin = any(family(other) == family(effect) and other.name != effect.name for other in others)
+    return "family" if depth == "law" and kin else depth
+
+
 def beside_the_untried(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:
     """How deep a name holds beside effects that there was no time to try in its place.
 

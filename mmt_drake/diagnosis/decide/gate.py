@@ -99,6 +99,18 @@ def without_physics(nominal_left: float, refit_left: float) -> Verdict | None:
     return "parameters" if refit_left <= NOTHING_LEFT else None
 
 
+def without_names(shares: Sequence[BudgetPart]) -> Verdict:
+    """The verdict where no effect of the library explains what a refit leaves by more than chance, nor a table does.
+
+    Noise of sensors is seldom white, so that a right model leaves more than the floor. What follows no signal, and is
+    next to nothing of the error, is no reason to doubt the structure.
+
+    Args:
+        shares: the budget of the refit.
+    """
+    return "parameters" if _of_nameless(shares) <= NAMELESS else "unexplained"
+
+
 def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> Verdict:
     """The verdict on effects that are all more or less certain.
 
@@ -107,8 +119,12 @@ def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> 
         shares: its budget.
         of_refit: what part the effects take off what a refit leaves, on held-out data.
     """
-    nameless = next(part.share for part in shares if part.part == NAMELESS_PART)
+    nameless = _of_nameless(shares)
     named = math.fsum(part.share for part in shares if part.part not in NO_EFFECTS)
     if left <= NOTHING_LEFT or nameless <= NAMELESS:
         return "missing_physics"
     return "partly_explained" if named >= NAMED or of_refit >= OF_REFIT else "unexplained"
+
+
+def _of_nameless(shares: Sequence[BudgetPart]) -> float:
+    return next(part.share for part in shares if part.part == NAMELESS_PART)

@@ -29,8 +29,8 @@ def fit_base(
     """The nominal parameters with the clocks' skew fitted and nothing else; and all parameters fitted.
 
     Parameters are sought near their nominal values. A fit that ends at a bound proves nothing: its bounds are moved
-    out, and it is begun again far away too. What is given (`Structure.GIVEN`) is doubted only where other values leave
-    no more than noise.
+    out, and where it leaves more than noise it is begun again far away too. What is given (`Structure.GIVEN`) is
+    doubted only where other values leave no more than noise.
 
     Args:
         problem: what is fitted.
@@ -60,6 +60,8 @@ def fit_base(
             return nominal, doubting
         if at_bounds(nearest):
             found = _from_afar(problem, nearest, executor)
+    elif at_bounds(nearest):
+        found = [fit_widening(problem, nearest.hypothesis, nearest.x, steps=STEPS, converged_at=CONVERGED)]
     least, scale = min(f.cost for f in found), hypothesis.limits(start)[2]
     # Of fits that the data do not tell apart, the one that changes least of what is believed.
     as_good = [f for f in found if f.cost <= least + RULED_OUT]

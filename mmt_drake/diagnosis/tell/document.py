@@ -95,11 +95,12 @@ def tabulated(learned: Learned | None) -> tuple[NamedEffect, ...]:
     table = learned.values
     value = tuple(table["value"])
     low, high = (tuple(float(v + sign * h) for v, h in zip(value, learned.half_width, strict=True)) for sign in (-1, 1))
+    known = bool(np.isfinite((low, high)).all())
     signal = tabulated_force.SIGNALS[table["of"]]
     numbers = {
         "of": EffectParameter(table["of"], "signal"),
         "at": EffectParameter(tuple(table["at"]), "unit of the signal"),
-        "value": EffectParameter(value, learned.fitted.model.unit(signal.unit), (low, high)),
+        "value": EffectParameter(value, learned.fitted.model.unit(signal.unit), (low, high) if known else None),
     }
     return (NamedEffect(tabulated_force.EFFECT.name, tabulated_force.EFFECT.family, signal.block, None, numbers),)
 

@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.tell.figures_common import COLORS
 from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.report_tables import effect_rows
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
-from mmt_drake.diagnosis.tell.summary import bounds_of, warnings_of
+from mmt_drake.diagnosis.tell.summary import beyond_white, bounds_of, warnings_of
 from mmt_drake.diagnosis.tell.wording import (
     PERCENT,
     capitalised,
@@ -43,7 +43,7 @@ def lead(diagnosis: Diagnosis) -> str:
         return " ".join([*said, diagnosis.summary])
     if diagnosis.first_model is not None:
         said.append("No model was handed in: one was fitted to the recordings first, and stands for it.")
-    said += [*_sure(diagnosis), *_errors(diagnosis)]
+    said += [text for text in (*_sure(diagnosis), *_errors(diagnosis)) if text]
     if diagnosis.untried:
         some = "1 explanation was" if len(diagnosis.untried) == 1 else f"{len(diagnosis.untried)} explanations were"
         said.append(f"{some} not tried for lack of time; what is said here promises nothing against that.")
@@ -56,6 +56,7 @@ def _sure(d: Diagnosis) -> Iterable[str]:
             yield "What the model leaves is no more than the noise of the sensors."
         case "parameters":
             yield "With other values the same equations explain the recording; no physics is missing."
+            yield beyond_white(d)
         case "unexplained":
             yield "More than noise is left, and no law that was tried takes enough of it off to be named."
         case "ambiguous":

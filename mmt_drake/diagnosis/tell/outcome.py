@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_the_nameless, beside_the_untried
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_its_kin, beside_the_nameless, beside_the_untried
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
@@ -144,8 +144,12 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         may_be_nothing = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
         depths = {
             e.name: beside_the_untried(
-                beside_the_nameless(
-                    believed.depth(e), share.get(e.name, 0.0), share.get("nameless", 0.0), e.name in may_be_nothing
+                beside_its_kin(
+                    beside_the_nameless(
+                        believed.depth(e), share.get(e.name, 0.0), share.get("nameless", 0.0), e.name in may_be_nothing
+                    ),
+                    e,
+                    named.hypothesis.effects,
                 ),
                 e,
                 _untried_for(e, named, judgement.untried),

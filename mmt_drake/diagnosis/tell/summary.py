@@ -14,6 +14,7 @@ MOST_WARNINGS: Final = 3
 
 _LEAST_SHARE = 0.005  # of a budget
 _MOST = 0.5  # of the mismatch beyond the noise
+_WHITE: Final = 1.1  # times the noise floor
 _MOST_UNTRIED: Final = 5  # named; more are counted
 
 _DEPTHS: Final = {
@@ -66,7 +67,7 @@ def _verdict(d: Diagnosis) -> str:
     rest = f"; a table {tables[0]} takes some of that" if tables else ""
     said: dict[Verdict, str] = {
         "no_mismatch": "The nominal model explains the recording to its noise; nothing needs to be changed.",
-        "parameters": f"The structure is right, but values were not: {changes}.",
+        "parameters": f"The structure is right, but values were not: {changes}. {beyond_white(d)}".rstrip(),
         "missing_physics": f"{left_out}.",
         "partly_explained": f"{left_out}, and more that nobody has named{rest}.",
         "ambiguous": f"{left_out}; these recordings cannot tell it from {others}.",
@@ -74,6 +75,14 @@ def _verdict(d: Diagnosis) -> str:
         "insufficient_data": d.summary,
     }
     return said[d.verdict]
+
+
+def beyond_white(d: Diagnosis) -> str:
+    """That a refit leaves more than white noise does, in a sentence; nothing where it does not."""
+    left, floor = (None, None) if d.fit is None else (d.fit.heldout_nrmse.refit, d.fit.noise_floor)
+    if left is None or floor is None or left <= _WHITE * floor:
+        return ""
+    return "What is left is more than white noise of the sensors, but follows no signal and no law of the library."
 
 
 def untried_of(untried: Sequence[str]) -> str:
