@@ -14,6 +14,7 @@ from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
 from mmt_drake.diagnosis.decide.confirm import is_confirmed
+from mmt_drake.diagnosis.decide.delivered import agreed, outstanding
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.event_times import released
@@ -206,7 +207,7 @@ class _Session:
             # A name that nothing else stands against is unsure for want of time, or of a law: no motion would tell.
             return outcome if settled or len(believed.members) == 1 else self._prescribed(outcome, believed.members)
         nothing_stands = not believed.members[0].hypothesis.effects
-        if at_bounds(refit) and nothing_stands:
+        if at_bounds(refit) and nothing_stands and not self.watch.missed:
             return self._refused_at_bounds(refit)
         judgement = self._with_table(problem, nothing, polished)
         if judgement.learned is None and self._is_short() and nothing_stands:
@@ -250,18 +251,20 @@ class _Session:
         """
         standard, refit, believed = nothing.standard, nothing.refit, nothing.believed
         assert believed is not None  # of what was searched
-        best, sure = self._agreed(standard.problem, believed, fits)
+        best, sure = agreed(standard.problem, believed, fits)
         if not best.hypothesis.effects:
             return None
         self.watch.begin(_MINIMUM)
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
+        ruler = nothing.ruler
+        shares = self._shares(ruler, best, fits)
+        if sure and (fewer := outstanding(standard.problem, best, shares, fits)) is not best:
+            best, shares = fewer, self._shares(ruler, fewer, fits)
         count = len(best.hypothesis.effects)
         tried = len({f.hypothesis.key for level in levels for f in level if len(f.hypothesis.effects) == count})
         confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)
         if standard.gain(refit, best) < gate.GAIN or not confirmed:
             return None
-        ruler = nothing.ruler
-        shares = self._shares(ruler, best, [f for f in fits if f.hypothesis.key < best.hypothesis.key])
         verdict = gate.with_physics(standard.left(best), shares, 1.0 - ruler.fitted(best) / ruler.fitted(refit))
         if verdict == "unexplained":
             return None
@@ -269,37 +272,15 @@ class _Session:
         verdict = verdict if sure else "ambiguous"
         return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked)
 
-    def _agreed(self, problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) -> tuple[Fitted, bool]:
-        """The fit that is delivered, and whether its names are sure.
-
-        The simplest member of the confidence set, without those of its effects that must not be said, and those that
-        other members do without: these take from what nobody has named. If it has an equal in the set, or nothing is
-        common to all, no name is sure.
-        """
-        best = believed.members[0]
-        unsaid = believed.unsaid.get(best.hypothesis.key, frozenset())
-        if believed.has_equal(best):
-            return believed.best(), False
-        hypothesis = best.hypothesis
-        for effect in best.hypothesis.effects:
-            if effect.name in unsaid or believed.depth(effect) is None:
-                hypothesis = hypothesis.without(effect.name)
-        if not hypothesis.effects and not unsaid:
-            return believed.best(), False  # of several explanations that have nothing in common
-        for fitted in fits:
-            if fitted.hypothesis.key == hypothesis.key:
-                return fitted, True
-        x = hypothesis.vector(best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x))
-        return problem.fit(hypothesis, x), True
-
-    def _shares(self, ruler: Ruler, best: Fitted, fewer: Sequence[Fitted] = ()) -> tuple[BudgetPart, ...]:
-        """The budget of a delivered fit, given fits with some of its effects less."""
+    def _shares(self, ruler: Ruler, best: Fitted, fits: Sequence[Fitted] = ()) -> tuple[BudgetPart, ...]:
+        """The budget of a delivered fit, given others: of these those with one of its effects less are used."""
         wrong = document.parameters(best, intervals(ruler.problem, best))
+        key = best.hypothesis.key
         without = {
             name: f
-            for f in fewer
-            for name in best.hypothesis.key - f.hypothesis.key
-            if len(f.hypothesis.key) == len(best.hypothesis.key) - 1
+            for f in fits
+            for name in key - f.hypothesis.key
+            if f.hypothesis.key < key and len(f.hypothesis.key) == len(key) - 1
         }
         return budget(ruler, self.model, best, wrong, without)
 

@@ -48,8 +48,9 @@ def is_confirmed(
     if unseen < SIGNIFICANT:
         return True
     if tried is not None and unseen < _NO_GAIN:
-        left, noise = [left_out(problem, f) for f in (refit, delivered)], problem.samples() / len(problem.blocks())
-        seen = min(1.0, tried * by_chance(problem.blocks(), *left, noise))
+        numbers = problem.blocks()
+        worse, better = left_out(problem, refit), left_out(problem, delivered)
+        seen = min(1.0, tried * by_chance(numbers, worse, better, problem.samples() / len(numbers)))
         if stats.combine_pvalues([unseen, seen], "fisher").pvalue < SIGNIFICANT:
             return True
     depths = {effect: believed.depth(effect) for effect in delivered.hypothesis.effects}

@@ -1,0 +1,67 @@
+"""The fit that is delivered: of all explanations that stand, what can be said of every one."""
+
+from collections.abc import Sequence
+
+from mmt_drake.diagnosis.decide.budget import NAMELESS, BudgetPart
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+
+CLEARLY = 2.0
+"""An effect beside others is worth naming if its share is so many times that of what nobody has named: it may have
+taken from that alone."""
+
+
+def agreed(problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) -> tuple[Fitted, bool]:
+    """The fit that is delivered, and whether its names are sure.
+
+    The simplest member of the confidence set, without those of its effects that must not be said, and those that
+    other members do without: these take from what nobody has named. If it has an equal in the set, or nothing is
+    common to all, no name is sure.
+
+    Args:
+        problem: what was fitted.
+        believed: what is not ruled out.
+        fits: what was held against each other.
+    """
+    best = believed.members[0]
+    unsaid = believed.unsaid.get(best.hypothesis.key, frozenset())
+    if believed.has_equal(best):
+        return believed.best(), False
+    left_out = [e.name for e in best.hypothesis.effects if e.name in unsaid or believed.depth(e) is None]
+    hypothesis = _without(best.hypothesis, left_out)
+    if not hypothesis.effects and not unsaid:
+        return believed.best(), False  # of several explanations that have nothing in common
+    return _fit_of(problem, best, hypothesis, fits), True
+
+
+def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fits: Sequence[Fitted]) -> Fitted:
+    """The fit without those effects that do not stand out clearly from what nobody has named; itself if all or none do.
+
+    Args:
+        problem: what was fitted.
+        best: the fit.
+        shares: its budget.
+        fits: what was held against each other.
+    """
+    share = {part.part: part.share for part in shares}
+    names = best.hypothesis.names
+    faint = [name for name in names if share.get(name, 0.0) < CLEARLY * share[NAMELESS]]
+    if not faint or len(faint) == len(names):
+        return best
+    return _fit_of(problem, best, _without(best.hypothesis, faint), fits)
+
+
+def _without(hypothesis: Hypothesis, names: Sequence[str]) -> Hypothesis:
+    for name in names:
+        hypothesis = hypothesis.without(name)
+    return hypothesis
+
+
+def _fit_of(problem: Problem, best: Fitted, hypothesis: Hypothesis, fits: Sequence[Fitted]) -> Fitted:
+    """The fit of some of the effects of a fit: one of those at hand, or that from where it ended."""
+    for fitted in fits:
+        if fitted.hypothesis.key == hypothesis.key:
+            return fitted
+    x = hypothesis.vector(best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x))
+    return problem.fit(hypothesis, x)
