@@ -123,3 +123,10 @@ def test_a_crude_model_is_mended_though_not_everything_is_explained(executor: Ex
     values = found.hypothesis.structure_values(found.x)
     assert values["b1"] == pytest.approx(BASE["b1"], rel=0.05)
     assert values["m"] == pytest.approx(BASE["m"], rel=0.3)  # the swing takes it along; it was handed in ten times off
+
+
+def test_a_bound_gives_way_where_no_more_than_noise_is_left(executor: Executor) -> None:
+    believed = KelvinVoigt(k=SPRING["k"], b=SPRING["b"] / 4.02)  # just beyond four times what is handed in
+    problem, found = fitted(spring(), believed, executor)
+    assert not at_bounds(found) and found.cost <= NOISE_ALONE**2 * problem.samples()
+    assert found.model.b == pytest.approx(SPRING["b"], rel=0.02)

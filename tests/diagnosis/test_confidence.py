@@ -9,7 +9,13 @@ import pytest
 from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.decide import confidence
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_the_nameless, beside_the_untried, contenders
+from mmt_drake.diagnosis.decide.confidence import (
+    ConfidenceSet,
+    beside_its_kin,
+    beside_the_nameless,
+    beside_the_untried,
+    contenders,
+)
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.prepare import prepare
@@ -233,6 +239,20 @@ def test_a_law_is_sure_only_beside_little_that_has_no_name(depth, nameless: floa
 def test_a_name_is_no_surer_than_what_there_was_time_to_try_in_its_place(depth, untried, said) -> None:
     others = [LIBRARY[name] for name in untried]
     assert beside_the_untried(depth, LIBRARY["stribeck_friction"], others) == said
+
+
+@pytest.mark.parametrize(
+    ("others", "depth", "said"),
+    [
+        (["coulomb_friction", "smooth_coulomb_friction"], "law", "family"),
+        (["coulomb_friction", "smooth_coulomb_friction"], "block", "block"),
+        (["coulomb_friction", "nonlinear_stiffness"], "law", "law"),
+        (["coulomb_friction"], "law", "law"),
+    ],
+)
+def test_two_laws_of_one_family_may_make_up_a_third(others, depth, said) -> None:
+    named = LIBRARY["coulomb_friction"]
+    assert beside_its_kin(depth, named, [LIBRARY[name] for name in others]) == said
 
 
 def test_what_was_not_tried_beside_the_rest_of_a_set_counts_for_the_one_in_its_place(fits) -> None:

@@ -64,3 +64,25 @@ def test_a_name_is_borne_out_by_what_it_gains_or_by_the_best_set_that_has_it(
     monkeypatch, heldout, depth, best, borne_out
 ) -> None:
     assert confirmed(monkeypatch, heldout, depth, best) is borne_out
+
+
+@pytest.mark.parametrize(
+    ("unseen", "seen", "tried", "borne_out"),
+    [
+        (0.05, 1e-4, 20, True),
+        (0.05, 1e-2, 20, False),  # of twenty that were tried one is as good by chance
+        (0.6, 1e-12, 20, False),  # held-out blocks speak against it
+        (0.05, 1e-4, None, False),
+    ],
+)
+def test_a_few_held_out_blocks_bear_a_name_out_together_with_all_others(
+    monkeypatch: pytest.MonkeyPatch, unseen: float, seen: float, tried: int | None, borne_out: bool
+) -> None:
+    fits = {names: fit(names) for names in CHANCES}
+    believed = ConfidenceSet((fits[BEST],), {f.hypothesis.key: CHANCES[n] for n, f in fits.items()}, frozenset(), {})
+    monkeypatch.setattr(confirm, "chance", lambda *_: unseen)
+    monkeypatch.setattr(confirm, "left_out", lambda *_: np.zeros(3))
+    monkeypatch.setattr(confirm, "by_chance", lambda *_: seen)
+    problem: Any = type("", (), {"blocks": lambda self: np.arange(3), "samples": lambda self: 3.0})()
+    found = confirm.is_confirmed(problem, fits[""], fits[BEST], believed, list(fits.values()), tried)
+    assert found is borne_out

@@ -14,6 +14,7 @@ from mmt_drake.diagnosis.decide.gate import (
     OF_REFIT,
     NoiseReference,
     with_physics,
+    without_names,
     without_physics,
 )
 from mmt_drake.diagnosis.fit.comparison import at_bounds, fit_widening
@@ -110,6 +111,12 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
     parts = {"parameters": 0.05, "coulomb_friction": named, "nameless": nameless}
     shares = [BudgetPart(part, share) for part, share in parts.items()]
     assert with_physics(left, shares, of_refit) == verdict
+
+
+@pytest.mark.parametrize(("nameless", "verdict"), [(0.9 * NAMELESS, "parameters"), (1.1 * NAMELESS, "unexplained")])
+def test_where_no_law_takes_anything_off_next_to_nothing_is_no_reason_to_doubt_the_structure(nameless, verdict):
+    shares = [BudgetPart("parameters", 1.0 - nameless), BudgetPart("nameless", nameless), BudgetPart("noise", 0.0)]
+    assert without_names(shares) == verdict
 
 
 def test_a_parameter_at_its_bound_is_told_and_one_that_may_vanish_may(standard):

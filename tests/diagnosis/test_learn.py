@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,7 @@ from residual_samples import PLAIN, leaving, strokes
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.learn import Learned, tables, worth_while
+from mmt_drake.diagnosis.tell import document
 from mmt_drake.effects import LIBRARY
 
 DRAG, FC = 5.0, 0.2
@@ -49,6 +51,14 @@ def test_a_table_over_velocity_with_the_damper_beside_it_is_the_law_within_its_i
     error = value + damper * v - DRAG * v * np.abs(v)
     assert np.mean(np.abs(error) <= table.half_width) >= 0.9
     assert np.abs(error).max() < 0.1 * DRAG * np.abs(v).max() ** 2
+
+
+def test_a_table_with_a_value_that_nothing_tells_is_written_without_intervals():
+    table = learned("coulomb_friction", Fc=FC)[2][0]
+    unknown = replace(table, half_width=np.append(table.half_width[:-1], np.inf))
+    (known,), (told,) = document.tabulated(table), document.tabulated(unknown)
+    assert known.parameters["value"].ci95 is not None and told.parameters["value"].ci95 is None
+    assert told.parameters["value"].value == known.parameters["value"].value
 
 
 def test_the_interval_of_a_level_of_friction_covers_it_and_says_something():

@@ -46,6 +46,18 @@ def test_a_held_deflection_relaxes_exponentially():
     np.testing.assert_allclose(extra[200:], extra[200] * np.exp(-(T[200:] - T[200]) / 0.15), rtol=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("viscoelastic_relaxation", {"k_maxwell": 200, "tau": 0.15}),
+        ("hardening_relaxation", {"k3_maxwell": 4e6, "tau": 0.15}),
+    ],
+)
+def test_a_recording_that_begins_in_a_press_begins_relaxed(name, values):
+    still = np.full(len(T), 0.02), np.zeros(len(T))
+    np.testing.assert_allclose(force(*still, x0=0.005, **{name: values}), force(*still, x0=0.005), rtol=1e-12)
+
+
 def test_of_a_hardening_branch_eight_times_as_much_relaxes_at_twice_the_depth():
     s = np.minimum(T / 0.2, 1.0)
     held = slice(200, None)
