@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.seen import SeenScene, SeenThing
 from mmt_drake.cloud.segment import registered
-from mmt_drake.cloud.tracking import SeenScene, SeenThing, tracked
+from mmt_drake.cloud.tracking import tracked
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.model import scene_layout as at
 from mmt_drake.model.scene_layout import SeenState

@@ -182,7 +182,8 @@ def _played(
         flag = carried.holds_contact(own, touches)
         render(memory, k * STEP, motion, motion, theta[k], 1.0, flag, rule, False, NO_REPORT, on)
         assign(memory, on[len(on) - MEMORY_SIZE :])
-        carried.carried_force(own, k * STEP, STEP, motion, on[:3], grip[k], touches, theta[k], load[k], rule, off)
+        given = own, k * STEP, STEP, motion, on[:3], grip[k], touches, theta[k], load[k]
+        carried.carried_force(*given, 0.0, 0.0, 0.05, rule, off)
         assign(own, off[carried.MEMORY :])
         assign(force, off[:3])
     return least
