@@ -5,6 +5,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
 from mmt_drake.cloud.seen import SeenScene
+from mmt_drake.cloud.segment import load_open3d
 from mmt_drake.cloud.tracking import tracked
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.errors import check_number
@@ -64,6 +65,7 @@ class SceneTracker(LeafSystem):
     ) -> None:
         super().__init__()
         check_number("tracking", "period", period, least=0.0, open_interval=True)
+        load_open3d()
         self._table, self._options = table, options or Tracking()
         there = {"thing": 1, "held": 4} if grips else {"thing": 0, "held": 0}
         self.declare_inputs("position", "point_cloud", **there)
