@@ -36,6 +36,7 @@ PRIOR_S: Final = 0.02
 LOW_PASS: Final = 20.0  # [rad/s]
 _SETTLES_S, _LEARNING_S, _SLIPS_S = 0.15, 0.5, 0.1  # [s]; the first: what the table did leaves the low passes
 _UNSURE = 0.15  # of ln c, standard deviation
+_MODEL = 0.005  # of the weight: what the rod leaves of the force across, which no mean takes away
 _CENTRES, _ZETAS = 24, 4
 _LEAST_C, _RATIO = 0.012, 0.122  # of the bank [m], from one to the next (logarithm)
 _LEAST_ZETA, _ZETA_RATIO = 0.01, math.log(3.2)
@@ -151,7 +152,8 @@ def _tell(memory: Array, h: float, rods: Array) -> None:
     off, curvature = _bottom(lower, least, upper)
     if curvature <= 0.0:
         return
-    deviation = _RATIO * math.sqrt(2.0 * max(least, 0.0) / curvature / independent)
+    spread = max(least, 0.0) / independent + (_MODEL * m * GRAVITY) ** 2 * memory[_COUNT]
+    deviation = _RATIO * math.sqrt(2.0 * spread / curvature)
     if deviation > _UNSURE or memory[_HOW] == LEARNING:
         return
     memory[_HOW] = TELLS

@@ -162,7 +162,15 @@ def _share(off: Array, of: Array) -> float:
 
 @njit(cache=True)
 def _played(
-    path: Array, seen: Array, theta: Array, contact: Array, load: Array, grip: Array, rule: Array, yields: float
+    path: Array,
+    seen: Array,
+    theta: Array,
+    contact: Array,
+    load: Array,
+    grip: Array,
+    believed: Array,
+    rule: Array,
+    yields: float,
 ) -> float:
     """The least energy [J] that the hand had put in at any time; arguments as for `passivity.played`."""
     on, off = np.zeros(sum(READOUT_SIZES)), np.zeros(carried.MEMORY + carried.MEMORY_SIZE)
@@ -183,7 +191,7 @@ def _played(
         render(memory, k * STEP, motion, motion, theta[k], 1.0, flag, rule, False, NO_REPORT, on)
         assign(memory, on[len(on) - MEMORY_SIZE :])
         given = own, k * STEP, STEP, motion, on[:3], grip[k], touches, theta[k], load[k]
-        carried.carried_force(*given, 0.0, 0.0, 0.05, rule, off)
+        carried.carried_force(*given, 0.0, believed[k, 0], believed[k, 1], rule, off)
         assign(own, off[carried.MEMORY :])
         assign(force, off[:3])
     return least
@@ -213,6 +221,7 @@ def run_adversary(number: int, seed: int) -> CarryingCase:
     load[:, 4] = 10.0
     grip = np.repeat(10.0 * (random.random(TICKS // 200) > 0.1), 200)
     contact = np.repeat((random.random(TICKS // 50) > 0.05) * 1.0, 50)
+    believed = np.column_stack([random.choice([0.0, 1.0, 2.0], 20), np.exp(random.uniform(-5.3, -0.7, 20))])
     given = _played(
         path,
         seen,
@@ -220,6 +229,7 @@ def run_adversary(number: int, seed: int) -> CarryingCase:
         contact,
         np.ascontiguousarray(np.repeat(load, every, axis=0)[:TICKS]),
         grip,
+        np.ascontiguousarray(np.repeat(believed, TICKS // 20, axis=0)),
         renderer_rule(EnergyPermitting(), STEP, 1),
         float(random.choice([0.0, 0.5, 5.0])),
     )
