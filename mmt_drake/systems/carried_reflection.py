@@ -68,9 +68,9 @@ class CarriedReflection(KernelSystem):
         super().__init__()
         self._height = height
         self._period, self._rule = period, renderer_rule(updates, period, 1)
-        there = {"facet": 4, "height": 1, "thing": 1}
-        told = there if seen else dict.fromkeys(there, 0)
-        self.declare_inputs("motion", "force", "grip", "in_contact", "theta", "carried", **told)
+        always = "motion", "force", "grip", "in_contact", "theta", "carried"
+        there = 1 if seen else 0
+        self.declare_inputs(*always, facet=4 * there, height=there, thing=there)
         self.declare_readout(PORT_SIZES, np.zeros(MEMORY_SIZE), period)
         self.declare_computed("in_contact", 1, self._contact, ["in_contact"])
         self.compile_kernels()

@@ -67,8 +67,7 @@ class SceneTracker(LeafSystem):
         check_number("tracking", "period", period, least=0.0, open_interval=True)
         load_open3d()
         self._table, self._options = table, options or Tracking()
-        there = {"thing": 1, "held": 4} if grips else {"thing": 0, "held": 0}
-        self.declare_inputs("position", "point_cloud", **there)
+        self.declare_inputs("position", "point_cloud", thing=1 if grips else 0, held=4 if grips else 0)
         self._scene = self.DeclareDiscreteState(SCENE_SIZE)
         self._last = self.DeclareDiscreteState(np.array([-np.inf]))
         self._objects = self.DeclareAbstractState(AbstractValue.Make(SeenScene()))

@@ -12,6 +12,8 @@ from typing import Final
 import numpy as np
 from numba import njit
 
+from mmt_drake.analysis.carried import LIFTED, carried_errors, share_of
+from mmt_drake.analysis.signals import vector
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.proof.experiments.passivity import ALLOWED, STEP, wild_sets
@@ -30,7 +32,7 @@ from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.estimation.carried import SLIPS
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.numeric.arrays import Array, assign
-from mmt_drake.recording import AXES, Recording, load
+from mmt_drake.recording import Recording, load
 from mmt_drake.rendering import carried
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import EnergyPermitting, renderer_rule
@@ -41,7 +43,7 @@ TICKS: Final = 4000
 """Of one."""
 SIGNALS: Final = ("true", "dead", "noisy")
 """What becomes of the velocity that the renderer on the table reads."""
-_LIFTED, _TOLD_S, _SOON_S = 1e-4, 3.0, 0.03  # [m], [s], [s]
+_TOLD_S, _SOON_S = 3.0, 0.03  # [s]
 
 
 @dataclass(frozen=True)
@@ -124,14 +126,10 @@ def measured(number: int, kind: CarryingKind, recording: Recording, m: float, pa
     columns, ticks = recording.columns, round(kind.delay / STEP)
     there = slice(ticks, None)  # what the plant does with what the operator does `ticks` before
     here = slice(None, len(recording.time) - ticks)
-    rendered, truth, hand = (
-        np.stack([columns[f"{name}_{axis}"] for axis in AXES], axis=-1)
-        for name in ("rendered_force", "true_force", "master_position")
-    )
+    rendered, hand = vector(recording, "rendered_force"), vector(recording, "master_position")
     height, copy, state = columns["body_height"][there], columns["carries"][here] > 0.0, columns["carried_state"][there]
-    flies = height > _LIFTED
-    both = flies & copy
-    off = rendered[here][both] - truth[there][both]
+    flies = height > LIFTED
+    off, true = carried_errors(recording, ticks)
     lifted = int(np.argmax(flies))
     told = columns["carried_m"][there][lifted + round(_TOLD_S / STEP)]
     edges = [(int(np.argmax(what)), len(what) - int(np.argmax(what[::-1]))) for what in (flies, copy, state >= 2.0)]
@@ -145,19 +143,14 @@ def measured(number: int, kind: CarryingKind, recording: Recording, m: float, pa
     return CarryingCase(
         number,
         kind.label,
-        None if kind.slips else _share(off, truth[there][both]),
-        None if kind.slips else _share(off[:, :2], truth[there][both][:, :2]),
+        None if kind.slips else share_of(off, true),
+        None if kind.slips else share_of(off[:, :2], true[:, :2]),
         None if kind.slips else float(abs(told / m - 1.0)),
         None if kind.slips else float(late),
         slip,
         float(max(0.0, -energy.min())),
         pace,
     )
-
-
-def _share(off: Array, of: Array) -> float:
-    """RMS of the one over that of the other."""
-    return float(np.sqrt(np.mean(off**2) / np.mean(of**2)))
 
 
 @njit(cache=True)

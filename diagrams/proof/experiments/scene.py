@@ -111,7 +111,8 @@ def run_case(number: int, seed: int, pushing_s: float) -> SceneCase:
         times = SECONDS / (time.perf_counter() - began)
         recording = load(file)
     directions = f"operator.parameters={{seed: {1000 * seed + number + 1}, push: {_PUSH}}}"
-    pushed = load_scenario("setup4", [f"seed={1000 * seed + number}", directions])
+    only_pushed = "operator.motion=visits", directions, "carrying=null"
+    pushed = load_scenario("setup4", [f"seed={1000 * seed + number}", *only_pushed])
     minutes, kept, swapped, told = identities(pushed, pushing_s)
     late = latest(recording, scenario.to_telerobot.playout)
     given = max(0.0, -passivity(recording).operator.minimum)
