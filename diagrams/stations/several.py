@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydrake.systems.framework import System
 
@@ -65,6 +65,7 @@ class SeveralObjects:
         cloud: how they are seen.
         table: height of the table in the table frame [m].
         tracking: how they are told apart.
+        laws: `foreign`: by the simulation that shares no physics with the model, in which they do not meet.
     """
 
     things: dict[str, PlacedObject] = field(default_factory=lambda: {"box": PlacedObject()})
@@ -72,12 +73,22 @@ class SeveralObjects:
     cloud: SurfaceCloud | SimulatedDepthCamera = SurfaceCloud()
     table: Annotated[float, Quantity("m", -1.0, 1.0)] = -0.05
     tracking: Tracking = field(default_factory=Tracking)
+    laws: Literal["own", "foreign"] = "own"
 
     def __post_init__(self) -> None:
         quantities(SeveralObjects)["table"].check("environment", "table", self.table)
         if isinstance(self.cloud, SurfaceCloud) and self.cloud.file is not None:
             expected = "null: the tops of the objects are what is seen"
             raise BadInput("environment", at="cloud.file", found=self.cloud.file, expected=expected)
+        if self.laws == "foreign":
+            self._check_foreign()
+
+    def _check_foreign(self) -> None:
+        for name, thing in self.things.items():
+            body = thing.object.parameters
+            if (body.k1, body.b1) != (0.0, 0.0):
+                at = f"things.{name}.object.parameters"
+                raise BadInput("environment", at=at, found="k1 or b1", expected="0 where laws are foreign")
 
     @property
     def object(self) -> FlexibleBoxModel:
@@ -115,6 +126,7 @@ class SeveralObjects:
         carrying = site.scenario.carrying
         return ObjectsOnTable(
             self.on_table(None if carrying is None else carrying.hang),
+            laws=self.laws,
             period=site.step,
             noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + NOISE_SEED),
             spacing=0.0 if ideal is None else ideal.size / max(ideal.points, 1) ** 0.5,
