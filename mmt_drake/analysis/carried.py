@@ -39,7 +39,8 @@ class CarriedObject:
         if self.centre is not None and self.centre_deviation is not None:
             centre = f"centre {1e3 * self.centre:.1f} +- {1e3 * self.centre_deviation:.1f} mm below the grip"
         felt = f"force {100 * self.force:.2g} % off, {100 * self.across:.2g} % along x and y"
-        return f"carried for {self.seconds:.1f} s: {self.m:.3f} +- {self.m_deviation:.3f} kg, {centre}; {felt}"
+        mass = f"{1e3 * self.m:.4g} +- {1e3 * self.m_deviation:.1g} g"
+        return f"carried for {self.seconds:.1f} s: {mass}, {centre}; {felt}"
 
     def to_json(self) -> dict[str, Any]:
         """The same as data."""

@@ -32,7 +32,7 @@ def test_errors_are_those_of_the_time_in_the_air_a_delay_apart() -> None:
     assert found.across == pytest.approx(0.1, rel=1e-3)
     assert found.force == pytest.approx(np.sqrt((0.06**2 + 0.03**2 / 2) / (3.0**2 + 0.3**2 / 2)), rel=1e-3)
     assert (found.m, found.centre, found.centre_deviation) == (0.3, 0.05, 0.002)
-    assert "0.300 +- 0.001 kg, centre 50.0 +- 2.0 mm" in found.line() and "10 % along x and y" in found.line()
+    assert "300 +- 1 g, centre 50.0 +- 2.0 mm" in found.line() and "10 % along x and y" in found.line()
     assert found.to_json()["mass_kg"] == 0.3
 
 
