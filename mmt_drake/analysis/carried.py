@@ -74,7 +74,7 @@ def carried_object(recording: Recording, delay_s: float) -> CarriedObject | None
         return None
     step = float(np.median(np.diff(recording.time)))
     off, true = carried_errors(recording, round(delay_s / step))
-    told = np.flatnonzero(recording["carried_m"] > 0.0)
+    told = np.flatnonzero((recording["carried_m"] > 0.0) & (recording["body_height"] > LIFTED))
     if not len(off) or not len(told):
         return None
     end = int(told[-1])

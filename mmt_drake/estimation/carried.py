@@ -32,6 +32,7 @@ TELLS, LEARNING, _, UNEXCITED = range(4)
 
 LIFTED, LANDED = 2e-4, 1e-4
 """Height of the object from which on it is carried, and at which no longer [m]."""
+_SURELY: Final = 2e-3  # [m]: as much as a stiffness that is told wrong may make of a contact that presses
 PRIOR_S: Final = 0.02
 LOW_PASS: Final = 20.0  # [rad/s]
 _SETTLES_S, _LEARNING_S, _SLIPS_S = 0.15, 0.5, 0.1  # [s]; the first: what the table did leaves the low passes
@@ -205,6 +206,8 @@ def estimate_load(
         now[_HELD] += h
         height = measurement[2] - held[1] - now[_DEFLECTION + 2]
         flies = height > (LANDED if now[_AGE] > 0.0 else LIFTED)
+        pulls = -measurement[8] > (0.3 if now[_AGE] > 0.0 else 0.7) * max(theta[_M], 0.0) * GRAVITY
+        flies = flies and (pulls or height > _SURELY)  # what presses stands
         now[_STEADY] = _SLIPS_S if held[2] > now[_SLID] else max(now[_STEADY] - h, 0.0)
         now[_SLID] = held[2]
         if not flies:

@@ -50,8 +50,11 @@ def test_mass_centre_and_swing_are_found(mass, centre, zeta):
     assert 0.0 < after[told.DEVIATION] < 0.03 * mass  # the prior is wrong by up to a factor of two
 
 
-def test_lift_and_landing_are_seen_within_30_ms():
-    _t, held, out = followed()
+@pytest.mark.parametrize("stiffness", [0.9, 1.0, 1.1])
+def test_lift_and_landing_are_seen_within_30_ms_also_where_the_stiffness_of_the_grasp_is_told_wrong(stiffness):
+    theta = THETA.copy()
+    theta[6] *= stiffness
+    _t, held, out = followed(theta=theta)
     truth, seen = held[:, 3] > 0.0, out[:, told.LOAD] == told.CARRIED
     assert np.abs(np.flatnonzero(np.diff(truth)) - np.flatnonzero(np.diff(seen))).max() <= 30
     assert np.all(out[seen, told.CONTACT] == 0.0)

@@ -23,6 +23,7 @@ from mmt_drake.diagrams.proof.experiments.targets import (
     ENERGY_GIVEN,
     IDENTITY_LOST,
     SECOND_TOUCH,
+    SECOND_TOUCH_FOREIGN,
     SLOWNESS,
     SWAPPED,
     TOUCH_LATE,
@@ -271,7 +272,8 @@ def report_of(cases: Sequence[SceneCase], seed: int = 0) -> Report:
     for case in cases:
         name = f"{case.plant}, seed {case.number}"
         for thing, error in case.worst_again.items():
-            reached.append(Reached(f"{name}, {thing}", SECOND_TOUCH, error))
+            target = SECOND_TOUCH if case.plant == "own" else SECOND_TOUCH_FOREIGN
+            reached.append(Reached(f"{name}, {thing}", target, error))
         reached += [
             Reached(name, TOUCH_LATE, case.late_s, never=case.late_s is None),
             Reached(name, ENERGY_GIVEN, case.energy),
