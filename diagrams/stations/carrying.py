@@ -10,9 +10,9 @@ from pydrake.systems.framework import System
 from mmt_drake.errors import BadInput
 from mmt_drake.quantities import Checked, Quantity
 from mmt_drake.systems.carried_reflection import CarriedReflection
-from mmt_drake.systems.graspable_box import Hang
 from mmt_drake.systems.grip_script import GripScript
 from mmt_drake.systems.load_estimator import LoadEstimator
+from mmt_drake.systems.on_table import Hang
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.site import Site
@@ -26,6 +26,8 @@ class Carrying(Checked):
         hang: how the object hangs in the grip.
         closes, opens: when a scripted hand does so, after the start of each cycle of its motion [s].
         grip: force of the closed grip [N].
+        height: of the object above the table, as it is known beforehand [m]: its centre is believed in the middle until
+            it is told; null: it is not known. Of several objects the camera tells it.
 
     Raises:
         BadInput: a value out of range, or a grip that opens before it closes.
@@ -35,6 +37,7 @@ class Carrying(Checked):
     closes: Annotated[float, Quantity("s")] = 7.0
     opens: Annotated[float, Quantity("s")] = 17.5
     grip: Annotated[float, Quantity("N", 1.0, 100.0)] = 10.0
+    height: Annotated[float | None, Quantity("m", 0.01, 1.0)] = None
 
     CALLED: ClassVar = "carrying"
 
@@ -52,9 +55,11 @@ def load(site: Site) -> System | None:
 
 def carried(site: Site) -> System | None:
     """What the operator feels of an object off the table."""
-    if site.scenario.carrying is None:
+    chosen = site.scenario.carrying
+    if chosen is None:
         return None
-    return CarriedReflection(period=site.step, updates=site.scenario.renderer.updates)
+    seen, updates = site.scenario.several is not None, site.scenario.renderer.updates
+    return CarriedReflection(period=site.step, updates=updates, height=chosen.height or 0.0, seen=seen)
 
 
 def grip_script(site: Site) -> System | None:

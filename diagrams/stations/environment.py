@@ -23,7 +23,8 @@ from mmt_drake.quantities import Quantity, quantities
 from mmt_drake.surfaces import Cylinder, HeightField, Mesh, Plane, Saddle, Shape, Sphere, Step, locate
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.foreign_box import ForeignBoxSystem
-from mmt_drake.systems.graspable_box import GraspableBox, Hang
+from mmt_drake.systems.objects_on_table import ObjectsOnTable
+from mmt_drake.systems.on_table import Hang, OnTable
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.site import Site
@@ -78,9 +79,9 @@ class SensedObject:
             cloud_noise=site.surface.noise,
         )
 
-    def graspable(self, hang: Hang, **shown: Any) -> System:
-        """The object in simulation where a grip may carry it; `shown` as for `simulated`."""
-        return GraspableBox(self.object, hang, laws=self.laws_when_carried, **shown)
+    def graspable(self, hang: Hang, *, surface: Cloud, **shown: Any) -> System:
+        """The object in simulation where a grip may carry it; its surface, and `shown` as for `simulated`."""
+        return ObjectsOnTable([OnTable(self.object, hang=hang, surface=surface)], laws=self.laws_when_carried, **shown)
 
     @property
     def plain(self) -> bool:

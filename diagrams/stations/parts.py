@@ -19,8 +19,10 @@ from mmt_drake.diagrams.stations.nets import shown_first
 from mmt_drake.diagrams.stations.returned import returned
 from mmt_drake.diagrams.stations.site import Site
 from mmt_drake.errors import BadInput
+from mmt_drake.estimation.carried import GONE
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.hw.link.options import TELEROBOT
+from mmt_drake.model.grasped_box import LOST
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.realtime import PaceReport
@@ -167,7 +169,9 @@ def compensation(site: Site) -> ProbeCompensation | None:
 
 def detector(site: Site) -> ContactDetector | TouchedObject:
     """The telerobot's contact detector."""
-    return ContactDetector(site.proxy) if site.scenario.several is None else TouchedObject(period=site.step)
+    if site.scenario.several is None:
+        return ContactDetector(site.proxy)
+    return TouchedObject(period=site.step, lost=None if site.scenario.carrying is None else LOST)
 
 
 def scene(site: Site) -> System | None:
@@ -255,7 +259,7 @@ def operator_detector(site: Site) -> SurfaceContactDetector | TouchedObject | No
     if not site.scenario.seen_by_operator:
         return None
     if site.scenario.several is not None:
-        return TouchedObject(period=site.step)
+        return TouchedObject(period=site.step, lost=None if site.scenario.carrying is None else GONE)
     return SurfaceContactDetector(site.surface.looking_ahead(site.proxy))
 
 

@@ -114,13 +114,14 @@ class Scenario:
 
     def _check_carrying(self) -> None:
         """Refuse what is not carried, or not felt while it is."""
-        world, renderer = self.single, self.renderer
+        world, renderer = self.environment, self.renderer
         known = isinstance(renderer, ImpedanceReflection) and renderer.arm is None and renderer.mu is None
         body = world.object.parameters
         anchored = isinstance(world, ForeignBox) and (body.k1, body.b1) != (0.0, 0.0)
+        plain = isinstance(world, SeveralObjects) or world.plain
         for at, bad, found, expected in (
             ("environment.surface", self.shape is not None, "a surface that is not level", "null"),
-            ("environment", not world.plain, "laws or sensors of a !ForeignBox", "none"),
+            ("environment", not plain, "laws or sensors of a !ForeignBox", "none"),
             ("environment.object.parameters", anchored, "k1 or b1 of a !ForeignBox", "0"),
             ("telerobot", self.telerobot is not None, "a telerobot", "null: the grip is at the hand's place"),
             ("learner", self.learner is not None, "a learner", "null"),

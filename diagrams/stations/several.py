@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydrake.systems.framework import System
 
@@ -12,9 +12,11 @@ from mmt_drake.diagrams.stations.environment import NOISE_SEED
 from mmt_drake.diagrams.stations.surfaces import SimulatedDepthCamera, SurfaceCloud
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.structure import Additions
 from mmt_drake.quantities import Quantity, quantities
 from mmt_drake.systems.flexible_box import SensorNoise
-from mmt_drake.systems.objects_on_table import ObjectsOnTable, OnTable
+from mmt_drake.systems.objects_on_table import ObjectsOnTable
+from mmt_drake.systems.on_table import Hang, OnTable
 from mmt_drake.systems.scene_tracker import SceneTracker
 
 if TYPE_CHECKING:
@@ -31,16 +33,26 @@ class PlacedObject:
         size: its sides along x and y, and its height [m]; of a cylinder the first is the diameter.
         round: it is a cylinder.
         object: its structure and numbers.
+        centre: its centre of mass below its top, where a grip holds it [m]; null: half its height.
     """
 
     at: tuple[float, float] = (0.0, 0.0)
     size: tuple[float, float, float] = (0.08, 0.08, 0.05)
     round: bool = False
     object: FlexibleBoxModel = FlexibleBoxModel()
+    centre: Annotated[float | None, Quantity("m", 0.005, 0.5)] = None
 
     def __post_init__(self) -> None:
         for value in self.size:
             check_number("object", "size", value, least=0.0, open_interval=True)
+        if self.centre is not None:
+            quantities(PlacedObject)["centre"].check("object", "centre", self.centre)
+
+    def hang(self, grip: Hang | None) -> Hang | None:
+        """How it hangs in a grip; None: there is no grip, or it has effects, and no grip takes it."""
+        if grip is None or self.object.additions != Additions():
+            return None
+        return replace(grip, centre=0.5 * self.size[2] if self.centre is None else self.centre)
 
 
 @dataclass(frozen=True)
@@ -53,6 +65,7 @@ class SeveralObjects:
         cloud: how they are seen.
         table: height of the table in the table frame [m].
         tracking: how they are told apart.
+        laws: `foreign`: by the simulation that shares no physics with the model, in which they do not meet.
     """
 
     things: dict[str, PlacedObject] = field(default_factory=lambda: {"box": PlacedObject()})
@@ -60,23 +73,32 @@ class SeveralObjects:
     cloud: SurfaceCloud | SimulatedDepthCamera = SurfaceCloud()
     table: Annotated[float, Quantity("m", -1.0, 1.0)] = -0.05
     tracking: Tracking = field(default_factory=Tracking)
+    laws: Literal["own", "foreign"] = "own"
 
     def __post_init__(self) -> None:
         quantities(SeveralObjects)["table"].check("environment", "table", self.table)
         if isinstance(self.cloud, SurfaceCloud) and self.cloud.file is not None:
             expected = "null: the tops of the objects are what is seen"
             raise BadInput("environment", at="cloud.file", found=self.cloud.file, expected=expected)
+        if self.laws == "foreign":
+            self._check_foreign()
+
+    def _check_foreign(self) -> None:
+        for name, thing in self.things.items():
+            body = thing.object.parameters
+            if (body.k1, body.b1) != (0.0, 0.0):
+                at = f"things.{name}.object.parameters"
+                raise BadInput("environment", at=at, found="k1 or b1", expected="0 where laws are foreign")
 
     @property
     def object(self) -> FlexibleBoxModel:
         """The first of them, for who asks for one."""
         return next(iter(self.things.values())).object
 
-    @property
-    def on_table(self) -> tuple[OnTable, ...]:
-        """All of them, in their order."""
+    def on_table(self, grip: Hang | None = None) -> tuple[OnTable, ...]:
+        """All of them, in their order, and how they hang in a grip, if there is one."""
         return tuple(
-            OnTable(thing.object, thing.at, thing.size, thing.round, self.table + thing.size[2])
+            OnTable(thing.object, thing.at, thing.size, thing.round, self.table + thing.size[2], thing.hang(grip))
             for thing in self.things.values()
         )
 
@@ -89,7 +111,7 @@ class SeveralObjects:
         from mmt_drake.hw.realsense.view import Solid, SolidsOnTable
 
         return SolidsOnTable(
-            tuple(Solid(each.size, each.at, each.top, each.round) for each in self.on_table), self.table
+            tuple(Solid(each.size, each.at, each.top, each.round) for each in self.on_table()), self.table
         )
 
     def build(self, site: Site) -> System:
@@ -101,8 +123,10 @@ class SeveralObjects:
         if site.devices.arm is not None:
             raise BadInput(site.scenario.name, at="environment", found="!SeveralObjects", expected="one, under an arm")
         ideal = self.cloud if isinstance(self.cloud, SurfaceCloud) else None
+        carrying = site.scenario.carrying
         return ObjectsOnTable(
-            self.on_table,
+            self.on_table(None if carrying is None else carrying.hang),
+            laws=self.laws,
             period=site.step,
             noise=replace(self.noise, seed=self.noise.seed + site.scenario.seed + NOISE_SEED),
             spacing=0.0 if ideal is None else ideal.size / max(ideal.points, 1) ** 0.5,
@@ -114,4 +138,5 @@ class SeveralObjects:
         """What sees them."""
         latency = 0.0 if isinstance(self.cloud, SurfaceCloud) else self.cloud.latency
         offset = latency + 0.5 * site.step  # shortly after a cloud is there
-        return SceneTracker(self.table, self.tracking, period=1.0 / self.cloud.rate, offset=offset)
+        grips = site.scenario.carrying is not None
+        return SceneTracker(self.table, self.tracking, period=1.0 / self.cloud.rate, offset=offset, grips=grips)

@@ -37,6 +37,7 @@ from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.stream import DepthFrame
 from mmt_drake.hw.realsense.view import Point, Solid, SolidsOnTable, TableScene
 from mmt_drake.systems.leaf import LeafSystem
+from mmt_drake.systems.objects_on_table import OF_A_BODY
 
 _RENDERER = "depth"
 _NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)
@@ -150,20 +151,25 @@ class SimulatedDepthCameraSystem(LeafSystem):
 
 
 class _BodyPoses(LeafSystem):
-    """The frames of bodies from their displacements, four numbers each, and the probe's from that of its tip."""
+    """The frames of bodies from their displacements, and the probe's from that of its tip.
+
+    Of a body four numbers are told, of each of several a fifth: its height off the table [m].
+    """
 
     def __init__(self, frames: Sequence[object], places: Sequence[Point], body: str, probe: object | None) -> None:
         super().__init__()
         self._frames, self._places, self._probe = frames, places, probe
-        self._body = self.DeclareVectorInputPort(body, 4 * len(frames))
+        self._each = 4 if probe is None else OF_A_BODY
+        self._body = self.DeclareVectorInputPort(body, self._each * len(frames))
         self._tip = None if probe is None else self.DeclareVectorInputPort("probe", 3)
         self.DeclareAbstractOutputPort("pose", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
-        displaced = self._body.Eval(context).reshape(-1, 4)[:, :2] + self._places
+        bodies = self._body.Eval(context).reshape(-1, self._each)
         poses = FramePoseVector()
-        for frame, (x, y) in zip(self._frames, displaced, strict=True):
-            poses.set_value(frame, RigidTransform([x, y, 0.0]))
+        for frame, body, (x, y) in zip(self._frames, bodies, self._places, strict=True):
+            height = 0.0 if self._tip is None else body[4]
+            poses.set_value(frame, RigidTransform([body[0] + x, body[1] + y, height]))
         if self._tip is not None:
             poses.set_value(self._probe, RigidTransform(self._tip.Eval(context)))
         output.set_value(poses)

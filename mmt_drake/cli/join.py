@@ -51,7 +51,7 @@ def main(arguments: argparse.Namespace) -> int:
     joined = join(load(arguments.first, forces=False), load(arguments.second, forces=False))
     save(joined.recording, out)
     metrics, energy = scored(joined.recording, joined.delay_s)
-    more = further(joined.recording)
+    more = further(joined.recording, joined.delay_s)
     if arguments.json:
         data: dict[str, Any] = clock_data(joined) | score_data(metrics, energy) | {"recording": str(out)}
         print_json(data | {name: figure.data for name, figure in more.items()})

@@ -20,6 +20,7 @@ from mmt_drake.cli.progress import progress
 from mmt_drake.cli.run_options import SLIDERS
 from mmt_drake.cli.run_summary import RunSummary, figures, further, tried
 from mmt_drake.errors import BadInput
+from mmt_drake.network.parameters import usual_delay
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
@@ -103,7 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
                 more["device"] = hardware.hand_figure(recording, hand)
             if arm is not None:
                 more["arm"] = hardware.arm_figure(recording, arm)
-            more |= further(recording)
+            more |= further(recording, usual_delay(scenario.to_telerobot, scenario.step))
     summary = RunSummary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,

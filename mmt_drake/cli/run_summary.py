@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from mmt_drake.analysis import summary
+from mmt_drake.analysis.carried import carried_object
 from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
 from mmt_drake.analysis.learned import ToldLaws, learned
 from mmt_drake.analysis.metrics import Metrics, measure
@@ -120,10 +121,10 @@ def score_data(metrics: Metrics | BadInput, energy: Passivity | BadInput) -> dic
     return {**told, "missing": missing}
 
 
-def further(recording: Recording) -> dict[str, RunFigure]:
-    """The further figures of a recording, by their key as data."""
-    found = ((name, find(recording)) for name, find in _FIGURES.items())
-    return {name: RunFigure(figure.to_json(), figure.line()) for name, figure in found if figure is not None}
+def further(recording: Recording, delay_s: float) -> dict[str, RunFigure]:
+    """The further figures of a recording, by their key as data, and the delay from hand to probe in it [s]."""
+    found = {name: find(recording) for name, find in _FIGURES.items()} | {"carried": carried_object(recording, delay_s)}
+    return {name: RunFigure(figure.to_json(), figure.line()) for name, figure in found.items() if figure is not None}
 
 
 def tried(compute: Callable[[], T]) -> T | BadInput:

@@ -9,13 +9,18 @@ from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.numeric.arrays import Array
 
 _NEAR_TABLE = 0.02  # [m]: points that may be the table's
-_FEWEST_OF_TABLE = 50
+_FEWEST_OF_TABLE, _MOST_OF_TABLE = 50, 2000  # points that a plane is sought in
 _FLAT = 0.004  # [m] from the fitted plane: still the plane
 _ABOVE = 0.008  # [m] above the plane: no longer the table
 _LEVEL = 0.7  # least z of a normal: else it is a side, or an edge
 _ROUNDS = 50  # of the search for the plane
 _NEIGHBOURS = 4
 _STEPS, _DONE = 20, 2e-4  # of a registration, and what it stops at [m]
+
+
+def load_open3d() -> None:
+    """Load what segments a cloud, which takes a second or two: before a clock starts."""
+    import open3d  # noqa: F401
 
 
 def above_table(points: Array, table: float) -> tuple[Array, float]:
@@ -33,6 +38,7 @@ def above_table(points: Array, table: float) -> tuple[Array, float]:
         import open3d
 
         open3d.utility.random.seed(0)  # two runs give the same numbers
+        near = near[:: max(1, len(near) // _MOST_OF_TABLE)]
         (a, b, c, d), _ = _as_open3d(near).segment_plane(_FLAT, 3, _ROUNDS)
         if abs(c) > 0.98:  # level, to 11 deg
             table = float(-(a * np.mean(near[:, 0]) + b * np.mean(near[:, 1]) + d) / c)

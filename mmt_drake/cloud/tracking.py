@@ -5,6 +5,9 @@ object's top, placed where it was last; so objects and clusters fall into groups
 there. Several clusters, one object: it is split. Several objects, one cluster: they are merged, and registered by their
 outlines together. An object without a cluster is occluded, lost, and in the end taken away; a cluster without an object
 is the only one among the missing that is just like it, found, or else new. Nothing of this is silent: each is a state.
+
+What a grip holds goes with the tip once that is `_LIFTED` higher than where it closed. Its points are nobody's then,
+and an object that shows less of itself beneath stays where it was.
 """
 
 from __future__ import annotations
@@ -12,15 +15,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.seen import SeenScene, SeenThing
 from mmt_drake.cloud.segment import above_table, registered, spacing_of, tops
 from mmt_drake.cloud.tracking_options import Tracking
-from mmt_drake.model.scene_layout import MOST, ROW, SCENE_SIZE, SeenState
+from mmt_drake.model.scene_layout import SeenState
 from mmt_drake.numeric.arrays import Array
 
 _COVERED = 0.25  # share of a top that a cluster of it covers at least
@@ -31,87 +35,8 @@ _ROOM = 0.02  # [m] more than its extents: two objects were taken for one
 _STILL = 0.0015  # [m]: noise of a place
 _CALM = 0.1  # weight of a new place of an object that stands still
 _HEIGHT = 0.02  # weight of a new height: it does not change
-_SHOWN_S, _FRAMES = 0.5, 3  # that something is told; that a change has to last
-
-
-@dataclass(frozen=True, eq=False)
-class SeenThing:
-    """An object as it is seen; never changed.
-
-    Attributes:
-        thing: its identity, from 1 on.
-        state: what is seen of it.
-        place: x, y of the middle of its top [m].
-        top: height of that in the table frame [m].
-        height: of it above the table [m].
-        outline: (n, 2) points of its top, from the middle [m].
-        cloud: (n, 3) its points of the latest frame in which it was seen [m].
-        known: when it was first seen [s].
-        since: when its state began [s].
-        seen: when it was seen last [s].
-        frames: for how many frames something has been odd.
-        looks: how often it was seen apart from others.
-    """
-
-    thing: int
-    state: SeenState
-    place: tuple[float, float]
-    top: float
-    height: float
-    outline: Array
-    cloud: Array
-    known: float
-    since: float
-    seen: float
-    frames: int = 0
-    looks: int = 1
-
-    @property
-    def size(self) -> tuple[float, float]:
-        """Extents of its top along x and y [m]."""
-        along, across = np.ptp(self.outline, axis=0).tolist()
-        return along, across
-
-    @property
-    def placed(self) -> Array:
-        """(n, 2) its outline where it was last [m]."""
-        return self.outline + self.place
-
-    def now(self, state: SeenState, t: float, **changes: Any) -> Self:
-        """It in a state; what is told is told for a while."""
-        if self.state >= SeenState.FOUND and state == SeenState.SEEN and t - self.since < _SHOWN_S:
-            state = self.state
-        return replace(self, state=state, since=self.since if state == self.state else t, **changes)
-
-    def row(self, t: float) -> tuple[float, ...]:
-        """As it stands in a scene."""
-        return (self.thing, self.state, *self.place, self.top, self.height, *self.size, t - self.known)
-
-
-@dataclass(frozen=True)
-class SeenScene:
-    """All that is seen, and who comes next; never changed.
-
-    Attributes:
-        things: all that are or were there, by identity.
-        newcomers: middles of clusters that belong to nobody, and for how many frames.
-        following: identity of the next new object.
-    """
-
-    things: tuple[SeenThing, ...] = ()
-    newcomers: tuple[tuple[float, float, int], ...] = ()
-    following: int = 1
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        return self
-
-    def vector(self, t: float) -> Array:
-        """(SCENE_SIZE,) it at a time; of too many the latest that are there."""
-        here = sorted(self.things, key=lambda each: (each.state == SeenState.TAKEN_AWAY, -each.thing))[:MOST]
-        scene = np.zeros(SCENE_SIZE)
-        for i, thing in enumerate(sorted(here, key=lambda each: each.thing)):
-            scene[i * ROW : (i + 1) * ROW] = thing.row(t)
-        return scene
+_LIFTED = 0.006  # [m]: a gripped object is off the table
+_FRAMES = 3  # that a change has to last
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +69,16 @@ class _Frame:
     spacing: float
     points: Array
     options: Tracking
+    carried: SeenThing | None = None
     trees: dict[int, Any] = field(default_factory=dict)
+
+    def beneath(self, thing: SeenThing, cluster: _Cluster | None = None) -> bool:
+        """Whether what is carried may hide an object, or the rest of it."""
+        if self.carried is None:
+            return False
+        reach = self.options.hides + 0.5 * (max(thing.size) + max(self.carried.size))
+        part = cluster is None or bool((cluster.extents < np.subtract(thing.size, _WHOLE + self.spacing)).any())
+        return part and math.dist(thing.place, self.carried.place) < reach
 
     def covered(self, thing: SeenThing, cluster: _Cluster) -> float:
         """Share of a top that a cluster covers."""
@@ -162,7 +96,9 @@ class _Frame:
         return float(np.mean(cKDTree(low[:, :2]).query(thing.placed)[0] < 3.0 * self.spacing)) > 0.5
 
 
-def tracked(before: SeenScene, cloud: Cloud, probe: Array, t: float, table: float, options: Tracking) -> SeenScene:
+def tracked(
+    before: SeenScene, cloud: Cloud, probe: Array, t: float, table: float, options: Tracking, gripped: int = 0
+) -> SeenScene:
     """The scene after another cloud.
 
     Args:
@@ -172,16 +108,21 @@ def tracked(before: SeenScene, cloud: Cloud, probe: Array, t: float, table: floa
         t: [s].
         table: height of the table in the table frame, as it is known beforehand [m].
         options: how objects are told apart.
+        gripped: identity of what a closed grip holds at the tip; 0: nothing.
     """
     points, spacing = cloud.points(), spacing_of(cloud)
     of_probe = (np.hypot(*(points[:, :2] - probe[:2]).T) < options.probe) & (points[:, 2] > probe[2] + 1e-3)
     points = points[~of_probe]
+    grip, things, carried = _gripped(before, probe, t, table, gripped)
+    if carried is not None:
+        near = np.hypot(*(points[:, :2] - carried.place).T) < 0.5 * math.hypot(*carried.size) + 0.01
+        points = points[~(near & (points[:, 2] > carried.top - carried.height - _LIFTED + 1e-3))]
     upper, table = above_table(points, table)
     clusters = [_Cluster(each) for each in tops(upper, spacing, options.fewest)]
-    frame = _Frame(t, probe, table, spacing, points, options)
-    present = [thing for thing in before.things if thing.state != SeenState.TAKEN_AWAY]
-    missing = {thing.thing: thing for thing in before.things if thing.state == SeenState.TAKEN_AWAY}
-    found: dict[int, SeenThing] = {}
+    frame = _Frame(t, probe, table, spacing, points, options, carried)
+    present = [thing for thing in things if thing.state not in (SeenState.TAKEN_AWAY, SeenState.CARRIED)]
+    missing = {thing.thing: thing for thing in things if thing.state == SeenState.TAKEN_AWAY}
+    found: dict[int, SeenThing] = {} if carried is None else {carried.thing: carried}
     strangers: list[_Cluster] = []
     for things, group in _groups(frame, present, clusters):
         if not group:
@@ -194,7 +135,28 @@ def tracked(before: SeenScene, cloud: Cloud, probe: Array, t: float, table: floa
             strangers += left
         else:
             found |= {thing.thing: thing for thing in _merged(frame, things, group)}
-    return _with_strangers(before, frame, found, missing, strangers)
+    return replace(_with_strangers(before, frame, found, missing, strangers), grip=grip)
+
+
+def _gripped(
+    before: SeenScene, probe: Array, t: float, table: float, gripped: int
+) -> tuple[tuple[int, float, float, float] | None, list[SeenThing], SeenThing | None]:
+    """What a grip holds since when, all objects, and the one among them that is off the table."""
+    x, y, z = probe.tolist()
+    grip, things, carried = None, list[SeenThing](), None
+    for thing in before.things:
+        if thing.thing == gripped:
+            grip = before.grip
+            if grip is None or grip[0] != gripped:
+                grip = gripped, thing.place[0] - x, thing.place[1] - y, z
+            if z > grip[3] + _LIFTED:
+                top = table + thing.height + z - grip[3]
+                carried = thing.now(SeenState.CARRIED, t, place=(x + grip[1], y + grip[2]), top=top, seen=t)
+                things.append(carried)
+                continue
+        down = {"top": table + thing.height} if thing.state == SeenState.CARRIED else {}
+        things.append(thing.now(SeenState.SEEN, t, **down) if down else thing)
+    return grip, things, carried
 
 
 def _groups(
@@ -229,6 +191,8 @@ def _lies_in(frame: _Frame, thing: SeenThing, clusters: Sequence[_Cluster]) -> b
 def _single(frame: _Frame, thing: SeenThing, group: list[_Cluster]) -> tuple[SeenThing, list[_Cluster]]:
     """An object that is told from others, and clusters that are none of it."""
     whole = _Cluster(np.concatenate([cluster.points for cluster in group]))
+    if frame.beneath(thing, whole):
+        return thing.now(SeenState.OCCLUDED, frame.t, seen=frame.t), []
     beyond, state = whole.extents - thing.size, SeenState.SEEN if len(group) == 1 else SeenState.SPLIT
     if beyond.max() > _ROOM:
         if thing.frames < _FRAMES:
@@ -284,7 +248,7 @@ def _unseen(frame: _Frame, thing: SeenThing) -> SeenThing:
     """An object without a cluster."""
     missed, options = frame.t - thing.seen, frame.options
     near = math.dist(thing.place, frame.probe[:2]) < options.hides + 0.5 * max(thing.size)
-    hidden = near and not frame.bare(thing)
+    hidden = (near or frame.beneath(thing)) and not frame.bare(thing)
     patience = (3.0 if hidden else 1.0) * options.taken_after
     if missed > options.lost_after + patience:
         return thing.now(SeenState.TAKEN_AWAY, frame.t)

@@ -32,10 +32,12 @@ TELLS, LEARNING, _, UNEXCITED = range(4)
 
 LIFTED, LANDED = 2e-4, 1e-4
 """Height of the object from which on it is carried, and at which no longer [m]."""
+_SURELY: Final = 2e-3  # [m]: as much as a stiffness that is told wrong may make of a contact that presses
 PRIOR_S: Final = 0.02
 LOW_PASS: Final = 20.0  # [rad/s]
 _SETTLES_S, _LEARNING_S, _SLIPS_S = 0.15, 0.5, 0.1  # [s]; the first: what the table did leaves the low passes
 _UNSURE = 0.15  # of ln c, standard deviation
+_MODEL = 0.005  # of the weight: what the rod leaves of the force across, which no mean takes away
 _CENTRES, _ZETAS = 24, 4
 _LEAST_C, _RATIO = 0.012, 0.122  # of the bank [m], from one to the next (logarithm)
 _LEAST_ZETA, _ZETA_RATIO = 0.01, math.log(3.2)
@@ -151,7 +153,8 @@ def _tell(memory: Array, h: float, rods: Array) -> None:
     off, curvature = _bottom(lower, least, upper)
     if curvature <= 0.0:
         return
-    deviation = _RATIO * math.sqrt(2.0 * max(least, 0.0) / curvature / independent)
+    spread = max(least, 0.0) / independent + (_MODEL * m * GRAVITY) ** 2 * memory[_COUNT]
+    deviation = _RATIO * math.sqrt(2.0 * spread / curvature)
     if deviation > _UNSURE or memory[_HOW] == LEARNING:
         return
     memory[_HOW] = TELLS
@@ -203,6 +206,8 @@ def estimate_load(
         now[_HELD] += h
         height = measurement[2] - held[1] - now[_DEFLECTION + 2]
         flies = height > (LANDED if now[_AGE] > 0.0 else LIFTED)
+        pulls = -measurement[8] > (0.3 if now[_AGE] > 0.0 else 0.7) * max(theta[_M], 0.0) * GRAVITY
+        flies = flies and (pulls or height > _SURELY)  # what presses stands
         now[_STEADY] = _SLIPS_S if held[2] > now[_SLID] else max(now[_STEADY] - h, 0.0)
         now[_SLID] = held[2]
         if not flies:

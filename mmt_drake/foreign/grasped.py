@@ -33,7 +33,7 @@ _M, _K, _B, _NK, _NB, _C, _ZETA, _FD, _MU = range(9)
 _of = Layout()
 _R, _V, _E, _W = _of(3), _of(3), _of(3), _of(3)
 _SMOOTH = _of.size
-_ANCHOR, _TOUCHES, _GRIP, _SLIPPED, _PULL, _PRESS, _TIP, _TIME = map(_of, (3, 1, 1, 1, 3, 1, 6, 1))
+_ANCHOR, _TOUCHES, _GRIP, _SLIPPED, _PULL, _PRESS, TIP, _TIME = map(_of, (3, 1, 1, 1, 3, 1, 6, 1))
 _HAND, _RATE, _TOTAL, _Y = _of(6), _of(_SMOOTH), _of(_SMOOTH), _of(_SMOOTH)
 ROD_SIZE = _of.size
 
@@ -130,7 +130,7 @@ def stand(state: Array, t: float, motion: Array, p: Array) -> None:
     state[_R + 2] = -p[_C] - G / _TABLE_RATE**2
     state[_TIME] = t
     state[_PRESS] = p[_M] * G
-    assign(state[_TIP : _TIP + 6], motion)
+    assign(state[TIP : TIP + 6], motion)
     _settle(state, 0.0, motion, p)
 
 
@@ -157,7 +157,7 @@ def move(state: Array, t: float, motion: Array, grip: float, p: Array) -> None:
             for i in range(_SMOOTH):
                 y[i] = state[i] + part * h * rate[i]
             for i in range(6):
-                hand[i] = state[_TIP + i] + (motion[i] - state[_TIP + i]) * (n + part) / count
+                hand[i] = state[TIP + i] + (motion[i] - state[TIP + i]) * (n + part) / count
             _rates(y, state, hand, p, rate)
             for i in range(_SMOOTH):
                 total[i] += rate[i] * (h / 6.0 if stage in (0, 3) else h / 3.0)
@@ -169,7 +169,7 @@ def move(state: Array, t: float, motion: Array, grip: float, p: Array) -> None:
         _settle(state, grip, hand, p)
     if count == 0:
         _settle(state, grip, motion, p)
-    assign(state[_TIP : _TIP + 6], motion)
+    assign(state[TIP : TIP + 6], motion)
     state[_TIME] = t
 
 

@@ -70,8 +70,8 @@ def lift(state: Array, place: tuple[float, float], rate: tuple[float, float], an
 
 
 @njit(cache=True)
-def _swing(state: Array, i: int, x0: float, x1: float, h: float, p: Array) -> None:
-    """One axis over a step in which the tip goes straight from x0 to x1."""
+def swing(state: Array, i: int, x0: float, x1: float, h: float, p: Array) -> None:
+    """One lateral axis i over a step of h [s] in which the tip goes straight from x0 to x1 [m], as `carry`."""
     at, m, c = LATERAL + AXIS * i, p[MASS], p[CENTRE]
     inertia, weight, beta = m * c * c / 3.0, m * GRAVITY * c, swing_damper(m, c, p[ZETA])
     r, v, angle, turning, a = state[at], state[at + RATE], state[at + ANGLE], state[at + TURNING], state[at + ANCHOR]
@@ -99,7 +99,7 @@ def carry(state: Array, before: Array, after: Array, h: float, p: Array) -> None
         p: (NUMBERS,), all above 0 but dampers and zeta, which may be 0.
     """
     for i in range(2):
-        _swing(state, i, before[i], after[i], h, p)
+        swing(state, i, before[i], after[i], h, p)
     m, k, b = p[MASS], p[NORMAL_K], p[NORMAL_B]
     give, rate = b + 0.5 * h * k, (after[2] - before[2]) / h
     first = k * (0.5 * (before[2] + after[2]) - state[HEIGHT] - state[ANCHOR_Z]) + b * rate

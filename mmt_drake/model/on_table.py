@@ -11,6 +11,9 @@ speed at which they approach, m the reduced mass and b = 2 sqrt(k m)::
 
 That is k delta + b v in the middle of the step, by the implicit midpoint rule: what two free bodies lose is what the
 spring takes, and h b v^2 beside it. It acts on both alike and never pulls: momentum is kept, and no energy is made.
+
+A grip that closes while the tip touches an object has that one until it opens, may lift it and put it down elsewhere
+(`grasped_box`). What is off the table meets no other: it goes through what it is not lifted over.
 """
 
 import math
@@ -18,6 +21,7 @@ import math
 from numba import njit
 
 from mmt_drake.model import flexible_box as box
+from mmt_drake.model import grasped_box
 from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.parameters import M
@@ -48,10 +52,15 @@ def place_of(states: Array, rows: Array, i: int) -> Place:
 def within(states: Array, rows: Array, i: int, x: float, y: float) -> bool:
     """Whether x, y [m] is over the top of object i."""
     at = place_of(states, rows, i)
-    x, y = x - at[0], y - at[1]
-    if rows[i, ROUND] != 0.0:
-        return x * x + y * y <= rows[i, HALF] ** 2
-    return abs(x) <= rows[i, HALF] and abs(y) <= rows[i, HALF + 1]
+    return is_over(rows[i], x - at[0], y - at[1])
+
+
+@njit(cache=True, error_model="numpy")
+def is_over(row: Array, x: float, y: float) -> bool:
+    """Whether x, y from the middle of a top [m] is within its rim."""
+    if row[ROUND] != 0.0:
+        return x * x + y * y <= row[HALF] ** 2
+    return abs(x) <= row[HALF] and abs(y) <= row[HALF + 1]
 
 
 @njit(cache=True, error_model="numpy")
@@ -105,16 +114,30 @@ def begin(states: Array, t: float, motion: Array, rows: Array, p: Array, moved: 
 
 @njit(cache=True, error_model="numpy")
 def advance(
-    states: Array, touched: int, t: float, motion: Array, rows: Array, p: Array, k: float, moved: Array, push: Array
+    states: Array,
+    grasp: Array,
+    touched: int,
+    t: float,
+    motion: Array,
+    grip: float,
+    rows: Array,
+    p: Array,
+    hung: Array,
+    k: float,
+    moved: Array,
+    push: Array,
 ) -> int:
     """Bring all objects to the probe's next sample, in place.
 
     Args:
         states: of `begin`.
+        grasp: (grasped_box.GRASP_SIZE,), zeros at first.
         touched: the object that the tip holds, or NONE.
         t: of the sample [s].
         motion: (6,) position [m] and velocity [m/s] of the probe there.
+        grip: its force [N]; 0: there is none.
         rows, p: as of `begin`.
+        hung: (n, grasped_box.HUNG) them off the table; the first number 0: no grip takes it.
         k: stiffness of a collision [N/m].
         moved: (6,) scratch.
         push: (n, 2) scratch.
@@ -122,15 +145,19 @@ def advance(
     Returns:
         The object that the tip holds now, or NONE.
     """
-    n, h = len(states), t - states[0, box.TIME]
+    n, flies = len(states), touched if grasp[grasped_box.LIFTED] != 0.0 else NONE
+    last = states[0, box.TIME]
     for i in range(n):
         push[i, 0] = push[i, 1] = 0.0
-    if h > 0.0:
+        last = max(last, states[i, box.TIME])  # that of an object off the table has stopped
+    if t > last:
         for i in range(n):
             for j in range(i):
-                _collide(states, rows, p, i, j, h, k, push)
+                if flies not in (i, j):
+                    _collide(states, rows, p, i, j, t - last, k, push)
     if touched != NONE:
-        if motion[2] >= rows[touched, TOP] or not within(states, rows, touched, motion[0], motion[1]):
+        free = flies == NONE and grasp[grasped_box.GRIP] != grasped_box.HOLDS
+        if free and (motion[2] >= rows[touched, TOP] or not within(states, rows, touched, motion[0], motion[1])):
             touched = NONE
     else:
         for i in range(n):
@@ -138,11 +165,17 @@ def advance(
             if before >= 0.0 and motion[2] < rows[i, TOP] and within(states, rows, i, motion[0], motion[1]):
                 touched = i
                 break
+    if grip < grasped_box.LEAST_GRIP and (touched == NONE or hung[touched, 0] == 0.0):
+        grasp[grasped_box.GRIP] = grasp[grasped_box.SLIPPED] = 0.0
     for i in range(n):
         for m in range(6):
             moved[m] = motion[m]
         moved[2] -= rows[i, TOP]
-        box.advance_pushed(states[i], t, moved, 1.0 if i == touched else 0.0, push[i], p[i])
+        if i == touched and hung[i, 0] > 0.0:
+            inside = moved[2] < 0.0
+            grasped_box.advance_grasped(states[i], grasp, t, moved, grip, inside, push[i], p[i], hung[i])
+        else:
+            box.advance_pushed(states[i], t, moved, 1.0 if i == touched else 0.0, push[i], p[i])
     return touched
 
 

@@ -35,6 +35,7 @@ class SeenState(IntEnum):
     SPLIT = 6  # it is several clusters; or it was taken for one with another, which has left it
     TAKEN_AWAY = 7  # lost for a second: it is no longer there to be touched
     NEW = 8  # it has not been seen before
+    CARRIED = 9  # a grip holds it off the table: it is where the tip is
 
 
 @njit(cache=True)

@@ -2,7 +2,7 @@
 
 Every motion begins and ends at rest at (0, 0, clearance) [m], above the object, and begins again
 after `duration` seconds. Contact is z < 0. With the default parameters the hand stays below 1 m/s and
-within 0.1 m of the middle; `visits` goes to three objects, 0.2 m.
+within 0.1 m of the middle; `visits` and `carry_over` go to three objects, 0.2 m.
 """
 
 import inspect
@@ -16,12 +16,12 @@ from mmt_drake.motion.analytic import AnalyticMotion
 from mmt_drake.motion.between_targets import press_slide_lift, reaches
 from mmt_drake.motion.carrying import carry
 from mmt_drake.motion.reaching import AXES
-from mmt_drake.motion.visits import visits
+from mmt_drake.motion.visits import carry_over, visits
 
 #: Every scripted motion by its name.
 SCRIPTED: dict[str, Callable[..., AnalyticMotion]] = {
     builder.__name__: builder
-    for builder in (strokes, chirp, press_slide_lift, sines, reaches, stroke_and_hold, carry, visits)
+    for builder in (strokes, chirp, press_slide_lift, sines, reaches, stroke_and_hold, carry, visits, carry_over)
 }
 
 _CHOICES = {"axis": tuple(AXES), "first": ("fast", "slow")}

@@ -3,7 +3,10 @@
 On the table the force is that of the renderer there, with contact held as long as the grip is closed. It leaves the
 table where that force pulls with more than the weight, as the object itself does (`mmt_drake.model.grasped_box`), so
 nothing waits for the network; what comes over it are numbers: springs and dampers of the contact, mass, centre and
-damping, of which the object in the air takes up new ones with a lag of `TAKE_UP_S`. An object that the telerobot says
+damping, of which the object in the air takes up new ones with a lag of `TAKE_UP_S`. Until its centre is told it swings
+about one that is believed beforehand. Where what is told differs from what it swings about, the last seconds of the
+hand's way are swung again with the new numbers, so that it does not go on for seconds with the swing of another object;
+the step of the force that this makes fades within the same lag. An object that the telerobot says
 it does not hold is let go, and comes back with the next closing of the grip.
 
 Mass is not made from acceleration: it hangs from the grasp's spring and damper, a virtual coupling (Colgate, Stanley,
@@ -18,7 +21,7 @@ from typing import Final
 
 from numba import njit
 
-from mmt_drake.estimation.carried import FREE, GONE
+from mmt_drake.estimation.carried import CARRIED, FREE, GONE, SLIPS
 from mmt_drake.model import carried
 from mmt_drake.model.grasped_box import LEAST_GRIP
 from mmt_drake.model.parameters import THETA
@@ -30,6 +33,10 @@ from mmt_drake.rendering.finite import all_finite, share_held
 TAKE_UP_S: Final = 0.2
 NO_SWING: Final = 0.005
 """Centre of an object of which none is known [m]: it swings too fast to be felt."""
+ZETA: Final = 0.05
+"""Damping ratio that is believed beforehand."""
+_EVERY, _ROOM = 8, 512  # ticks from one place of the hand that is kept to the next; so many are kept
+_OTHER = 0.03  # of the centre: told to be another one
 OPEN, HELD, LIFTED, LET_GO = range(4)
 """What the operator's copy is: not held; on the table, held; off it; not held by a grip that is closed."""
 _MOST = (50.0, 1e4, 1e3, 1e4, 1e3, 0.5, 1.0)
@@ -46,20 +53,28 @@ _, CARRIES, MEMORY = map(Layout(), (*PORT_SIZES.values(), 0))
 _next = Layout()
 _AIR, _P, _TARGET = _next(carried.CARRIED_SIZE), _next(carried.NUMBERS), _next(carried.NUMBERS)
 MODE, _TIP, _BEGUN, _FELT, _TANK, _WHEN = _next(), _next(3), _next(), _next(3), _next(), _next()
+# Whose numbers these are, whether the telerobot has told them of it, its ticks in the air, what is left of a step of
+# the force, and the hand's way in the air along x and y.
+_THING, _IS_TOLD, _COUNT, _STEP, _WAY = _next(), _next(), _next(), _next(2), _next(2 * _ROOM)
 MEMORY_SIZE = _next.size
 
 
 @njit(cache=True)
-def _arrive(memory: Array, theta: Array, load: Array) -> None:
-    """Keep the numbers that have arrived, as far as they can be used."""
+def _arrive(memory: Array, theta: Array, load: Array, thing: float, believed: float) -> None:
+    """Keep the numbers that have arrived, as far as they can be used and are of what is held."""
     target = memory[_TARGET : _TARGET + carried.NUMBERS]
+    if memory[MODE] == OPEN and thing > 0.0 and thing != memory[_THING]:
+        memory[_THING], memory[_IS_TOLD], target[carried.CENTRE] = thing, 0.0, 0.0
+    if load[0] in (CARRIED, SLIPS):
+        memory[_IS_TOLD] = 1.0
+    is_told = thing == 0.0 or memory[_IS_TOLD] != 0.0
     for i in range(carried.NUMBERS):
         if i == carried.MASS:
-            told = load[1] if load[1] > 0.0 else theta[_M]
+            told = load[1] if load[1] > 0.0 and is_told else theta[_M]
         elif i == carried.CENTRE:
-            told = load[2] if load[2] > 0.0 else (target[i] if target[i] > 0.0 else NO_SWING)
+            told = load[2] if load[2] > 0.0 and is_told else (target[i] if target[i] > 0.0 else believed)
         elif i == carried.ZETA:
-            told = load[3]
+            told = load[3] if load[2] > 0.0 and is_told else ZETA
         else:
             told = theta[_K2 if i == 1 else _B2 if i == 2 else _NORMAL_K if i == 3 else _NORMAL_B]
         if math.isfinite(told):
@@ -72,7 +87,7 @@ def _known(memory: Array) -> bool:
 
 
 @njit(cache=True)
-def _change(now: Array, tip: Array, force: Array, grip: float, touches: float, load: Array) -> None:
+def _change(now: Array, tip: Array, force: Array, grip: float, touches: float, load: Array, top: float) -> None:
     """What the copy becomes, by the grip, the contact and the force on the table."""
     air, p = now[_AIR : _AIR + carried.CARRIED_SIZE], now[_P : _P + carried.NUMBERS]
     not_there = load[0] == GONE or (load[0] == FREE and load[4] >= LEAST_GRIP)
@@ -86,7 +101,8 @@ def _change(now: Array, tip: Array, force: Array, grip: float, touches: float, l
         assign(p, now[_TARGET : _TARGET + carried.NUMBERS])
         if force[2] < -p[carried.MASS] * carried.GRAVITY:
             place = tip[0] + force[0] / p[carried.K], tip[1] + force[1] / p[carried.K]
-            air[carried.ANCHOR_Z] = 0.0
+            air[carried.ANCHOR_Z] = top
+            now[_COUNT] = now[_STEP] = now[_STEP + 1] = 0.0
             carried.lift(air, place, (0.0, 0.0), (0.0, 0.0))
             air[carried.HEIGHT] = 1e-9  # off it
             now[MODE] = LIFTED
@@ -103,6 +119,9 @@ def carried_force(
     touches: float,
     theta: Array,
     load: Array,
+    top: float,
+    thing: float,
+    believed: float,
     rule: Array,
     out: Array,
 ) -> None:
@@ -118,6 +137,9 @@ def carried_force(
         touches: 1 where the hand touches the object, as the renderer on the table would be told.
         theta: (10,) of the contact, as told.
         load: (5,) of `mmt_drake.estimation.carried`.
+        top: height of the top of the object where it stands [m].
+        thing: identity of what the hand touches or holds, from 1 on; 0: it is always the same.
+        believed: how far its centre is below the grip until that is told [m].
         rule: of the renderer's policy; its reserve 0: energy is not watched.
         out: what is put out and the new memory.
     """
@@ -138,17 +160,27 @@ def carried_force(
     else:
         assign(before, motion[:3])
         now[_BEGUN] = 1.0
-    _arrive(now, theta, load)
+    _arrive(now, theta, load, thing, believed)
     flew = now[MODE] == LIFTED
-    _change(now, motion, force, grip, touches, load)
+    _change(now, motion, force, grip, touches, load, top)
     assign(felt, force)
     if flew and now[MODE] == LIFTED:
         share = 1.0 - math.exp(-h / TAKE_UP_S)
+        centre, again = now[_TARGET + carried.CENTRE], False
+        if abs(p[carried.CENTRE] / centre - 1.0) > _OTHER and now[_COUNT] > _EVERY:
+            p[carried.CENTRE], p[carried.ZETA] = centre, now[_TARGET + carried.ZETA]
+            for i in range(2):
+                now[_STEP + i] -= air[carried.PULL + i]
+                _swing_again(now, i, before[i], h)
+            again = True
         for i in range(carried.NUMBERS):
             p[i] += share * (now[_TARGET + i] - p[i])
         _swing_on(now, before, motion, h)
         for i in range(3):
             felt[i] = -air[carried.PULL + i]
+        for i in range(2):
+            now[_STEP + i] = now[_STEP + i] - felt[i] if again else (1.0 - share) * now[_STEP + i]
+            felt[i] += now[_STEP + i]
         if air[carried.HEIGHT] <= 0.0:
             now[MODE] = HELD
         if rule[updates.RESERVE] > 0.0:
@@ -166,8 +198,34 @@ def carried_force(
 
 
 @njit(cache=True)
+def _swing_again(now: Array, i: int, here: float, h: float) -> None:
+    """Swing one axis anew along the way that is kept, at rest at its start, to where the hand was at the last tick."""
+    air, p = now[_AIR : _AIR + carried.CARRIED_SIZE], now[_P : _P + carried.NUMBERS]
+    last = (int(now[_COUNT]) - 1) // _EVERY
+    first = max(0, last - _ROOM + 1)
+    at = carried.LATERAL + carried.AXIS * i
+    x = now[_WAY + 2 * (first % _ROOM) + i]
+    air[at + carried.RADIUS], air[at + carried.RATE] = x - air[at + carried.ANCHOR], 0.0
+    air[at + carried.ANGLE] = air[at + carried.TURNING] = 0.0
+    for k in range(first + 1, last + 1):
+        after = now[_WAY + 2 * (k % _ROOM) + i]
+        if k == first + 1:
+            air[at + carried.RATE] = (after - x) / (_EVERY * h)
+        carried.swing(air, i, x, after, _EVERY * h, p)
+        x = after
+    left = int(now[_COUNT]) - 1 - last * _EVERY
+    if left > 0:
+        carried.swing(air, i, x, here, left * h, p)
+
+
+@njit(cache=True)
 def _swing_on(now: Array, before: Array, motion: Array, h: float) -> None:
     """Carry the object over a tick."""
+    count = int(now[_COUNT])
+    if count % _EVERY == 0:
+        at = _WAY + 2 * (count // _EVERY % _ROOM)
+        now[at], now[at + 1] = motion[0], motion[1]
+    now[_COUNT] += 1.0
     air, p = now[_AIR : _AIR + carried.CARRIED_SIZE], now[_P : _P + carried.NUMBERS]
     middle = now[_FELT : _FELT + 3]  # room: the force since the last tick has been counted
     for i in range(3):

@@ -4,9 +4,12 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
-from mmt_drake.cloud.tracking import SeenScene, tracked
+from mmt_drake.cloud.seen import SeenScene
+from mmt_drake.cloud.segment import load_open3d
+from mmt_drake.cloud.tracking import tracked
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.errors import check_number
+from mmt_drake.model.grasped_box import HOLDS
 from mmt_drake.model.scene_layout import SCENE_SIZE
 from mmt_drake.systems.leaf import LeafSystem
 
@@ -22,6 +25,8 @@ class SceneTracker(LeafSystem):
         input_ports:
         - position
         - point_cloud
+        - thing
+        - held
         output_ports:
         - scene
         - objects
@@ -30,9 +35,11 @@ class SceneTracker(LeafSystem):
 
     - `position` (3): of the probe's tip [m], to tell it from an object and to know what it hides.
     - `point_cloud` (abstract, `Cloud`): the table and what stands on it; or the tops alone.
+    - `thing` (1): identity of what the tip holds or is over [1]; there only with `grips`.
+    - `held` (4): what the grip has, as its own sensors tell it [1], [m]; there only with `grips`.
     - `scene` (54): a row for each object that is or was there, as `mmt_drake.model.scene_layout.ENTRY` [SI]; zeros: no
       more.
-    - `objects` (abstract, `mmt_drake.cloud.tracking.SeenScene`): the same, with the points of each.
+    - `objects` (abstract, `mmt_drake.cloud.seen.SeenScene`): the same, with the points of each.
 
     Both outputs are states. A cloud that has been seen already is not seen again.
 
@@ -41,18 +48,26 @@ class SceneTracker(LeafSystem):
         options: how objects are told apart.
         period: between clouds [s].
         offset: of the first look [s], after a cloud is there.
+        grips: the probe has a grip.
 
     Raises:
         BadInput: a period that is not positive.
     """
 
     def __init__(
-        self, table: float, options: Tracking | None = None, *, period: float = 1.0 / 30.0, offset: float = 0.0
+        self,
+        table: float,
+        options: Tracking | None = None,
+        *,
+        period: float = 1.0 / 30.0,
+        offset: float = 0.0,
+        grips: bool = False,
     ) -> None:
         super().__init__()
         check_number("tracking", "period", period, least=0.0, open_interval=True)
+        load_open3d()
         self._table, self._options = table, options or Tracking()
-        self.declare_inputs("position", "point_cloud")
+        self.declare_inputs("position", "point_cloud", thing=1 if grips else 0, held=4 if grips else 0)
         self._scene = self.DeclareDiscreteState(SCENE_SIZE)
         self._last = self.DeclareDiscreteState(np.array([-np.inf]))
         self._objects = self.DeclareAbstractState(AbstractValue.Make(SeenScene()))
@@ -61,7 +76,7 @@ class SceneTracker(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._look)
 
     def _look(self, context: Context, state: State) -> None:
-        position, cloud = self.inputs_at(context)
+        position, cloud, thing, held = self.inputs_at(context)
         discrete, t = state.get_mutable_discrete_state(), context.get_time()
         last = discrete.get_mutable_value(self._last)
         if cloud is None or not np.isfinite(position).all() or cloud.stamp <= last[0]:
@@ -70,6 +85,7 @@ class SceneTracker(LeafSystem):
         seen: SeenScene = context.get_abstract_state(self._objects).get_value()
         if len(cloud) == 0 and not seen.things:
             return
-        seen = tracked(seen, cloud, np.asarray(position), t, self._table, self._options)
+        gripped = 0 if held is None or held[0] != HOLDS else int(thing[0])
+        seen = tracked(seen, cloud, np.asarray(position), t, self._table, self._options, gripped)
         state.get_mutable_abstract_state(int(self._objects)).set_value(seen)
         discrete.get_mutable_value(self._scene)[:] = seen.vector(t)

@@ -48,6 +48,7 @@ _STATES = {
     SeenState.MERGED: ORANGE,
     SeenState.SPLIT: ORANGE,
     SeenState.NEW: GREEN,
+    SeenState.CARRIED: PURPLE,
 }
 """Colours of objects of which something is told."""
 _NOTHING = (0.0, 0.0, 0.0)

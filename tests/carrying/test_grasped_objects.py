@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.foreign import grasped as foreign
+from mmt_drake.model import flexible_box as box
 from mmt_drake.model import grasped_box as own
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
@@ -37,7 +38,8 @@ def run(plant, grip=8.0, opens=5.5, mu=MU, sway=0.02):
     at = path(t, sway)
     rate = (path(t + 1e-6, sway) - path(t - 1e-6, sway)) / 2e-6
     force, body, held, contact = np.zeros((len(t), 3)), np.zeros((len(t), 4)), np.zeros((len(t), 4)), np.zeros(len(t))
-    state = np.zeros(own.GRASPED_SIZE if plant == "own" else foreign.ROD_SIZE)
+    state = np.zeros(box.STATE_SIZE if plant == "own" else foreign.ROD_SIZE)
+    grasp, numbers = np.zeros(own.GRASP_SIZE), np.append(P, mu)
     foreign_p = FOREIGN.copy()
     foreign_p[8] = mu
     for k, now in enumerate(t):
@@ -45,9 +47,9 @@ def run(plant, grip=8.0, opens=5.5, mu=MU, sway=0.02):
         closed = grip if 0.7 <= now < opens else 0.0
         if plant == "own":
             if k == 0:
-                own.begin_grasped(state, now, motion, BOX)
-            own.advance_grasped(state, now, motion, closed, BOX, P, mu)
-            contact[k] = own.read_grasped(state, BOX, P, force[k], body[k], held[k])
+                box.begin(state, now, motion, 0.0, BOX)
+            own.advance_grasped(state, grasp, now, motion, closed, motion[2] < 0.0, np.zeros(2), BOX, numbers)
+            contact[k] = own.read_grasped(state, grasp, BOX, numbers, force[k], body[k], held[k])
         else:
             if k == 0:
                 foreign.stand(state, now, motion, foreign_p)

@@ -5,6 +5,7 @@ import pytest
 from test_grasped_objects import BOX, MU, M, P, path
 
 from mmt_drake.estimation import carried as told
+from mmt_drake.model import flexible_box as box
 from mmt_drake.model import grasped_box as own
 
 THETA = np.array([0.31, 0.0, 510.0, 0.0, 29.0, 0.2, 2000.0, 60.0, 0.2, 0.005])
@@ -15,18 +16,19 @@ def followed(p=P, sway=0.01, theta=THETA, mu=MU, noise=1.0):
     random = np.random.default_rng(1)
     t = np.arange(0.0, 6.0, 1e-3)
     at, rate = path(t, sway), (path(t + 1e-6, sway) - path(t - 1e-6, sway)) / 2e-6
-    state, memory, rods = np.zeros(own.GRASPED_SIZE), np.zeros(told.MEMORY_SIZE), told.bank()
+    state, grasp, numbers = np.zeros(box.STATE_SIZE), np.zeros(own.GRASP_SIZE), np.append(p, mu)
+    memory, rods = np.zeros(told.MEMORY_SIZE), told.bank()
     out = np.zeros((len(t), sum(told.PORT_SIZES.values()) + told.MEMORY_SIZE))
     force, body, held = np.zeros(3), np.zeros(4), np.zeros((len(t), 4))
-    box = BOX.copy()
-    box[0] = p[0]
+    box_p = BOX.copy()
+    box_p[0] = p[0]
     for k, now in enumerate(t):
         motion = np.concatenate([at[k], rate[k]])
         grip = 8.0 if 0.7 <= now < 5.5 else 0.0
         if k == 0:
-            own.begin_grasped(state, now, motion, box)
-        own.advance_grasped(state, now, motion, grip, box, p, mu)
-        touches = own.read_grasped(state, box, p, force, body, held[k])
+            box.begin(state, now, motion, 0.0, box_p)
+        own.advance_grasped(state, grasp, now, motion, grip, motion[2] < 0.0, np.zeros(2), box_p, numbers)
+        touches = own.read_grasped(state, grasp, box_p, numbers, force, body, held[k])
         sigma = noise * np.repeat([1e-5, 5e-4, 0.02], 3)
         measured = np.concatenate([motion, force]) + sigma * random.standard_normal(9)
         told.estimate_load(memory, measured, held[k], grip, touches, theta, 1e-3, rods, out[k])
@@ -48,8 +50,11 @@ def test_mass_centre_and_swing_are_found(mass, centre, zeta):
     assert 0.0 < after[told.DEVIATION] < 0.03 * mass  # the prior is wrong by up to a factor of two
 
 
-def test_lift_and_landing_are_seen_within_30_ms():
-    _t, held, out = followed()
+@pytest.mark.parametrize("stiffness", [0.9, 1.0, 1.1])
+def test_lift_and_landing_are_seen_within_30_ms_also_where_the_stiffness_of_the_grasp_is_told_wrong(stiffness):
+    theta = THETA.copy()
+    theta[6] *= stiffness
+    _t, held, out = followed(theta=theta)
     truth, seen = held[:, 3] > 0.0, out[:, told.LOAD] == told.CARRIED
     assert np.abs(np.flatnonzero(np.diff(truth)) - np.flatnonzero(np.diff(seen))).max() <= 30
     assert np.all(out[seen, told.CONTACT] == 0.0)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.seen import SeenScene, SeenThing
 from mmt_drake.cloud.segment import registered
-from mmt_drake.cloud.tracking import SeenScene, SeenThing, tracked
+from mmt_drake.cloud.tracking import tracked
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.model import scene_layout as at
 from mmt_drake.model.scene_layout import SeenState
@@ -46,6 +47,7 @@ class Film:
         probe: Array = FAR,
         hole: float = 0.0,
         table: bool = True,
+        gripped: int = 0,
     ) -> None:
         for _ in range(frames):
             self.t += STEP
@@ -53,7 +55,7 @@ class Film:
             if hole > 0.0:
                 points = cloud.points()
                 cloud = Cloud(points[np.hypot(*(points[:, :2] - probe[:2]).T) > hole], stamp=self.t)
-            self.scene = tracked(self.scene, cloud, probe, self.t, TABLE, Tracking())
+            self.scene = tracked(self.scene, cloud, probe, self.t, TABLE, Tracking(), gripped)
             for thing in self.scene.things:
                 self.states.setdefault(thing.thing, set()).add(thing.state)
 
@@ -179,3 +181,27 @@ def test_outlines_together_are_registered_to_the_spacing_of_points() -> None:
     points = np.concatenate([square + np.array([0.006, -0.004]), square + np.array([0.086, 0.01])])
     apart = registered([square, square + np.array([0.08, 0.0])], points, 0.003)
     assert np.abs(np.array(apart) - [[0.006, -0.004], [0.006, 0.01]]).max() < 2.5e-3
+
+
+def test_what_a_grip_carries_goes_with_the_tip_and_is_seen_again_where_it_is_put_down() -> None:
+    film = Film()
+    film.show({"sponge": (-0.1, 0.0), "brick": (0.0, 0.0)}, frames=10)
+    sponge, brick = film.at((-0.1, 0.0)).thing, film.at((0.0, 0.0)).thing
+    closed = np.array([-0.095, 0.0, -0.02])
+    film.show({"sponge": (-0.1, 0.0), "brick": (0.0, 0.0)}, probe=closed, gripped=sponge)
+    for x in np.linspace(-0.095, 0.105, 9):  # over the brick, of which it hides a part, and all at last
+        hole = 0.05 + 0.02 * (abs(x - 0.005) < 0.01)
+        film.show({"brick": (0.0, 0.0)}, frames=3, probe=np.array([x, 0.0, 0.05]), hole=hole, gripped=sponge)
+        carried = next(thing for thing in film.scene.things if thing.thing == sponge)
+        assert carried.state == SeenState.CARRIED
+        assert carried.place == pytest.approx((x - 0.005, 0.0), abs=2e-3) and carried.top == pytest.approx(
+            TABLE + 0.04 + 0.07, abs=2e-3
+        )
+    film.show(
+        {"sponge": (0.1, 0.0), "brick": (0.0, 0.0)}, frames=3, probe=closed + np.array([0.2, 0.0, 0.0]), gripped=sponge
+    )
+    film.show({"sponge": (0.1, 0.0), "brick": (0.0, 0.0)}, frames=10)
+    down = film.at((0.1, 0.0))
+    assert (down.thing, down.state) == (sponge, SeenState.SEEN) and down.top == pytest.approx(TABLE + 0.04, abs=2e-3)
+    assert film.at((0.0, 0.0)).thing == brick and len(film.scene.things) == 2
+    assert film.states[brick] <= {SeenState.NEW, SeenState.SEEN, SeenState.OCCLUDED}

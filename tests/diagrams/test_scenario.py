@@ -109,9 +109,16 @@ def test_what_cannot_be_carried_is_refused_beside_carrying(changes, message):
         load_scenario("setup1-carrying", changes)
 
 
-def test_of_several_objects_none_is_carried():
-    with pytest.raises(BadInput, match="environment: found !SeveralObjects, expected one object"):
-        load_scenario("setup4", ["carrying={}"])
+def test_of_several_objects_one_hangs_as_it_says_or_by_its_middle_and_none_with_effects():
+    several = load_scenario("setup4").several
+    grip = load_scenario("setup4").carrying.hang
+    hangs = {name: thing.hang(grip) for name, thing in several.things.items()}
+    assert (hangs["sponge"].centre, hangs["brick"].centre, hangs["roll"]) == (0.024, 0.03, None)
+    assert all(thing.hang(None) is None for thing in several.things.values())
+    with pytest.raises(BadInput, match=r"brick\.centre: found 2"):
+        load_scenario("setup4", ["environment.things.brick.centre=2"])
+    with pytest.raises(BadInput, match=r"things\.sponge\.object\.parameters: found k1 or b1"):
+        load_scenario("setup4", ["environment.laws=foreign"])
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,18 @@ def test_inside_setup_1_the_object_has_its_transfer_function_and_a_twin_that_has
     assert left.twin.k2 == pytest.approx(0.0, abs=1e-12 * left.design.chosen.k2)
 
 
+def test_set_up_4_carries_one_over_another_and_keeps_every_identity(
+    run_notebook: Callable[[str], SimpleNamespace],
+) -> None:
+    left = run_notebook("setup4")
+    assert left.stderr == "" and all(left.identities_kept.values())
+    sponge = left.things["sponge"]
+    assert left.carried.m == pytest.approx(sponge.object.parameters.m, rel=0.02)
+    assert left.carried.centre == pytest.approx(sponge.centre, rel=0.1)
+    assert left.carried.force < 0.05 and left.carried.seconds > 6.0
+    assert left.run["places_1_y"][-1] > 0.1  # beside the brick
+
+
 def test_every_notebook_has_tests_that_run_it() -> None:
     tests = "".join(path.read_text() for path in Path(__file__).parent.glob("test_*.py"))
     assert all(f'run_notebook("{path.stem}")' in tests for path in NOTEBOOKS)

@@ -44,7 +44,6 @@ from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
 from mmt_drake.systems.foreign_box import ForeignBoxSystem
 from mmt_drake.systems.fused_reflection import FusedRenderer
-from mmt_drake.systems.graspable_box import GraspableBox
 from mmt_drake.systems.grip_script import GripScript
 from mmt_drake.systems.high_band_estimator import HighBandEstimator
 from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
@@ -55,7 +54,8 @@ from mmt_drake.systems.load_estimator import LoadEstimator
 from mmt_drake.systems.local_frame import LocalFrame
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.object_memory import ObjectMemory
-from mmt_drake.systems.objects_on_table import ObjectsOnTable, OnTable
+from mmt_drake.systems.objects_on_table import ObjectsOnTable
+from mmt_drake.systems.on_table import Hang, OnTable
 from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 from mmt_drake.systems.passivity_controlled_force import PassivityControlledForce
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
@@ -143,14 +143,12 @@ def flexible_box(**options: Any) -> FlexibleBox:
     )
 
 
-def graspable_box(laws: Literal["own", "foreign"]) -> GraspableBox:
-    return GraspableBox(
-        FlexibleBoxModel(BoxParameters(m=0.1, b1=0.0), NormalContact(k=2000.0), Friction.coulomb(0.2)),
-        laws=laws,
-        noise=SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6),
-        surface=plane(1000, (0.12, 0.12)),
-        cloud_noise=1e-4,
-    )
+def graspable(laws: Literal["own", "foreign"]) -> ObjectsOnTable:
+    """One without end, in a grip."""
+    model = FlexibleBoxModel(BoxParameters(m=0.1, b1=0.0), NormalContact(k=2000.0), Friction.coulomb(0.2))
+    noise = SensorNoise(force=0.02, position=1e-5, velocity=1e-4, seed=6)
+    thing = OnTable(model, hang=Hang(), surface=plane(1000, (0.12, 0.12)))
+    return ObjectsOnTable([thing], laws=laws, noise=noise, cloud_noise=1e-4)
 
 
 def foreign_box(**sensors: Any) -> ForeignBoxSystem:
@@ -220,7 +218,7 @@ MET = frozenset(("thing", port) for port in impedance.PORT_SIZES)
 UNLESS_BAD = frozenset(("hand", port) for port in (*impedance.PORT_SIZES, "readout"))
 
 #: A grip that holds and does not slip is felt no more for being stronger.
-GRIPPED = frozenset({("grip", "body"), ("grip", "in_contact")})
+GRIPPED = frozenset(("grip", port) for port in ("body", "in_contact", "touched", "places", "bodies"))
 #: In the run nothing is carried for so long that the numbers change.
 UNTOLD = frozenset(
     (port, out) for port in ("measurement", "held", "grip", "in_contact", "theta") for out in ("deviation", "status")
@@ -242,10 +240,13 @@ CASES: dict[str, Case] = {
         computed_together=frozenset({("motion", "in_contact"), ("contact", "body")}),
     ),
     "FlexibleBox-on-a-ball": Case(lambda folder: flexible_box(shape=Sphere(fixed_to="body", mu=0.3))),
-    "GraspableBox": Case(lambda folder: graspable_box("own"), computed_together=GRIPPED),
-    "GraspableBox-foreign": Case(
-        lambda folder: graspable_box("foreign"),
+    "ObjectsOnTable-in-a-grip": Case(
+        lambda folder: graspable("own"), computed_together=GRIPPED, any_size=frozenset({"bodies"})
+    ),
+    "ObjectsOnTable-foreign": Case(
+        lambda folder: graspable("foreign"),
         computed_together=GRIPPED | {("grip", "force"), ("grip", "measurement")},
+        any_size=frozenset({"bodies"}),
     ),
     "GripScript": Case(lambda folder: GripScript(closes=0.1, opens=0.4)),
     "LoadEstimator": Case(lambda folder: LoadEstimator(), computed_together=UNTOLD, still=STILL_ON_THE_TABLE),
@@ -254,13 +255,32 @@ CASES: dict[str, Case] = {
         computed_together=ON_THE_TABLE,
         still=frozenset({"carries"}),
     ),
-    "ObjectsOnTable": Case(lambda folder: objects_on_table(), any_size=frozenset({"bodies"})),
+    "ObjectsOnTable": Case(
+        lambda folder: objects_on_table(),
+        any_size=frozenset({"bodies"}),
+        computed_together=frozenset({("motion", "held")}),
+        still=frozenset({"held"}),
+    ),
     "SceneTracker": Case(lambda folder: SceneTracker(-0.05, offset=0.5e-3)),
+    "SceneTracker-with-a-grip": Case(lambda folder: SceneTracker(-0.05, offset=0.5e-3, grips=True)),
+    "TouchedObject-with-a-grip": Case(
+        lambda folder: TouchedObject(lost=2.0),
+        computed_together=frozenset((i, o) for i in ("position", "grip", "has") for o in ("facet", "thing", "height"))
+        | frozenset((i, o) for i in ("grip", "has") for o in ("in_contact", "clearance"))
+        | {("has", "readout")},
+        still=frozenset({"thing", "height"}),
+    ),
+    "CarriedReflection-of-several": Case(
+        lambda folder: CarriedReflection(updates=EnergyPermitting(), seen=True),
+        computed_together=ON_THE_TABLE
+        | frozenset((i, o) for i in ("facet", "height", "thing") for o in ("force", "carries", "readout")),
+        still=frozenset({"carries"}),
+    ),
     "TouchedObject": Case(
         # Over one object, whose top is told once in a while.
         lambda folder: TouchedObject(),
-        computed_together=frozenset({("position", "facet"), ("position", "thing")}),
-        still=frozenset({"thing"}),
+        computed_together=frozenset({("position", "facet"), ("position", "thing"), ("position", "height")}),
+        still=frozenset({"thing", "height"}),
     ),
     "ObjectMemory": Case(
         # What is stable is kept, and so is all that goes with it; a size matters to a guess alone.

@@ -8,14 +8,15 @@ from pydrake.systems.primitives import VectorLogSink
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
-from mmt_drake.model import on_table
+from mmt_drake.model import grasped_box, on_table
 from mmt_drake.model.body import VELOCITY
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model.structure import Friction
 from mmt_drake.motion.analytic import AnalyticMotion, step
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.flexible_box import FlexibleBox
-from mmt_drake.systems.objects_on_table import ObjectsOnTable, OnTable
+from mmt_drake.systems.objects_on_table import ObjectsOnTable
+from mmt_drake.systems.on_table import OnTable
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 
 SMOOTH = FlexibleBoxModel(BoxParameters(m=1.0, k1=0.0, k2=500.0, b1=0.0, b2=60.0))
@@ -69,7 +70,9 @@ def run_free(states: Array, rows: Array, p: Array, seconds: float, h: float = 1e
     energies = []
     for tick in range(1, round(seconds / h) + 1):
         motion, scratch = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), np.zeros((len(states), 2))
-        on_table.advance(states, on_table.NONE, tick * h, motion, rows, p, 4.5e4, np.zeros(6), scratch)
+        grasp, hung = np.zeros(grasped_box.GRASP_SIZE), np.zeros((len(states), grasped_box.HUNG))
+        given = states, grasp, on_table.NONE, tick * h, motion, 0.0, rows, p, hung, 4.5e4, np.zeros(6), scratch
+        on_table.advance(*given)
         energies.append(on_table.energy_on_table(states, rows, p, 4.5e4))
     return energies
 
@@ -140,10 +143,10 @@ def test_a_box_pushes_a_cylinder_from_its_nearest_point_and_both_alike() -> None
 def test_a_pushed_object_pushes_another_and_friction_holds_that_until_the_push_exceeds_it() -> None:
     system = ObjectsOnTable([thing(0.0, RUBBING), thing(0.1, RUBBING)])
     seen = logged(system, ("bodies", "force"), PUSH, 3.0)
-    first, second = seen["bodies"][:, 0], seen["bodies"][:, 4]
+    first, second = seen["bodies"][:, 0], seen["bodies"][:, 5]
     assert second[np.searchsorted(first, 0.039)] == 0.0  # 40 mm are between them
     assert second[-1] == pytest.approx(first[-1] - 0.04, abs=2e-3)
-    assert seen["bodies"][-1, [2, 6]] == pytest.approx(0.0, abs=1e-6)
+    assert seen["bodies"][-1, [2, 7]] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_the_work_of_the_tip_covers_all_that_the_objects_hold() -> None:
@@ -153,7 +156,7 @@ def test_the_work_of_the_tip_covers_all_that_the_objects_hold() -> None:
     power = -(force * velocity).sum(axis=1)
     work = np.concatenate([[0.0], np.cumsum(0.5e-3 * (power[1:] + power[:-1]))])
     masses = np.array([each.model.parameters.m for each in things])
-    moving = 0.5 * sum(m * (seen["bodies"][:, 4 * i + 2 : 4 * i + 4] ** 2).sum(axis=1) for i, m in enumerate(masses))
+    moving = 0.5 * sum(m * (seen["bodies"][:, 5 * i + 2 : 5 * i + 4] ** 2).sum(axis=1) for i, m in enumerate(masses))
     assert (moving - work).max() <= 1e-5
 
 

@@ -91,3 +91,26 @@ def test_the_plane_stays_as_long_as_it_is_held() -> None:
     finger.scene[TOP] = -0.021
     finger.put(0.0, 0.0, -0.03)
     assert finger.out("facet")[3] == -0.02
+
+
+def test_what_a_closed_grip_holds_stays_the_same_over_others_until_it_is_lost_or_let_go() -> None:
+    system = TouchedObject(lost=2.0)
+    simulator, told = Simulator(system), []
+    context = simulator.get_mutable_context()
+    system.GetInputPort("scene").FixValue(context, scene((0.0, 0.0, 0.0), (0.2, 0.0, 0.02)))
+    for k, (x, z, grip, has) in enumerate(
+        [
+            *((0.0, 0.01, 0.0, 0.0), (0.0, -0.01, 0.0, 0.0), (0.0, -0.01, 8.0, 1.0), (0.0, 0.05, 8.0, 1.0)),
+            *((0.2, 0.05, 8.0, 1.0), (0.2, 0.01, 8.0, 1.0), (0.3, -0.01, 8.0, 1.0)),  # over the other, beyond it, down
+            *((0.3, -0.01, 0.0, 0.0), (0.3, 0.05, 0.0, 0.0), (0.2, 0.05, 0.0, 0.0), (0.2, 0.01, 0.0, 0.0)),  # let go
+            *((0.2, 0.01, 8.0, 1.0), (0.2, 0.05, 8.0, 1.0), (0.0, 0.05, 8.0, 2.0), (0.0, -0.01, 8.0, 2.0)),  # lost
+        ]
+    ):
+        for name, value in (("position", [x, 0.0, z]), ("grip", [grip]), ("has", [has])):
+            system.GetInputPort(name).FixValue(context, value)
+        told.append(tuple(system.GetOutputPort(name).Eval(context)[0] for name in ("in_contact", "thing")))
+        simulator.AdvanceTo(1e-3 * (k + 1))
+    assert told[:4] == [(0, 1), (1, 1), (1, 1), (0, 1)]
+    assert told[4:7] == [(0, 1), (0, 1), (1, 1)]
+    assert told[7:11] == [(1, 1), (0, 0), (0, 2), (1, 2)]
+    assert told[11:] == [(1, 2), (0, 2), (0, 1), (1, 1)]

@@ -12,6 +12,8 @@ from typing import Final
 import numpy as np
 from numba import njit
 
+from mmt_drake.analysis.carried import LIFTED, carried_errors, share_of
+from mmt_drake.analysis.signals import vector
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.proof.experiments.passivity import ALLOWED, STEP, wild_sets
@@ -30,7 +32,7 @@ from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.estimation.carried import SLIPS
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.numeric.arrays import Array, assign
-from mmt_drake.recording import AXES, Recording, load
+from mmt_drake.recording import Recording, load
 from mmt_drake.rendering import carried
 from mmt_drake.rendering.impedance import MEMORY_SIZE, READOUT_SIZES, render
 from mmt_drake.rendering.updates import EnergyPermitting, renderer_rule
@@ -41,7 +43,7 @@ TICKS: Final = 4000
 """Of one."""
 SIGNALS: Final = ("true", "dead", "noisy")
 """What becomes of the velocity that the renderer on the table reads."""
-_LIFTED, _TOLD_S, _SOON_S = 1e-4, 3.0, 0.03  # [m], [s], [s]
+_TOLD_S, _SOON_S = 3.0, 0.03  # [s]
 
 
 @dataclass(frozen=True)
@@ -124,14 +126,10 @@ def measured(number: int, kind: CarryingKind, recording: Recording, m: float, pa
     columns, ticks = recording.columns, round(kind.delay / STEP)
     there = slice(ticks, None)  # what the plant does with what the operator does `ticks` before
     here = slice(None, len(recording.time) - ticks)
-    rendered, truth, hand = (
-        np.stack([columns[f"{name}_{axis}"] for axis in AXES], axis=-1)
-        for name in ("rendered_force", "true_force", "master_position")
-    )
+    rendered, hand = vector(recording, "rendered_force"), vector(recording, "master_position")
     height, copy, state = columns["body_height"][there], columns["carries"][here] > 0.0, columns["carried_state"][there]
-    flies = height > _LIFTED
-    both = flies & copy
-    off = rendered[here][both] - truth[there][both]
+    flies = height > LIFTED
+    off, true = carried_errors(recording, ticks)
     lifted = int(np.argmax(flies))
     told = columns["carried_m"][there][lifted + round(_TOLD_S / STEP)]
     edges = [(int(np.argmax(what)), len(what) - int(np.argmax(what[::-1]))) for what in (flies, copy, state >= 2.0)]
@@ -145,8 +143,8 @@ def measured(number: int, kind: CarryingKind, recording: Recording, m: float, pa
     return CarryingCase(
         number,
         kind.label,
-        None if kind.slips else _share(off, truth[there][both]),
-        None if kind.slips else _share(off[:, :2], truth[there][both][:, :2]),
+        None if kind.slips else share_of(off, true),
+        None if kind.slips else share_of(off[:, :2], true[:, :2]),
         None if kind.slips else float(abs(told / m - 1.0)),
         None if kind.slips else float(late),
         slip,
@@ -155,14 +153,17 @@ def measured(number: int, kind: CarryingKind, recording: Recording, m: float, pa
     )
 
 
-def _share(off: Array, of: Array) -> float:
-    """RMS of the one over that of the other."""
-    return float(np.sqrt(np.mean(off**2) / np.mean(of**2)))
-
-
 @njit(cache=True)
 def _played(
-    path: Array, seen: Array, theta: Array, contact: Array, load: Array, grip: Array, rule: Array, yields: float
+    path: Array,
+    seen: Array,
+    theta: Array,
+    contact: Array,
+    load: Array,
+    grip: Array,
+    believed: Array,
+    rule: Array,
+    yields: float,
 ) -> float:
     """The least energy [J] that the hand had put in at any time; arguments as for `passivity.played`."""
     on, off = np.zeros(sum(READOUT_SIZES)), np.zeros(carried.MEMORY + carried.MEMORY_SIZE)
@@ -182,7 +183,8 @@ def _played(
         flag = carried.holds_contact(own, touches)
         render(memory, k * STEP, motion, motion, theta[k], 1.0, flag, rule, False, NO_REPORT, on)
         assign(memory, on[len(on) - MEMORY_SIZE :])
-        carried.carried_force(own, k * STEP, STEP, motion, on[:3], grip[k], touches, theta[k], load[k], rule, off)
+        given = own, k * STEP, STEP, motion, on[:3], grip[k], touches, theta[k], load[k]
+        carried.carried_force(*given, 0.0, believed[k, 0], believed[k, 1], rule, off)
         assign(own, off[carried.MEMORY :])
         assign(force, off[:3])
     return least
@@ -212,6 +214,7 @@ def run_adversary(number: int, seed: int) -> CarryingCase:
     load[:, 4] = 10.0
     grip = np.repeat(10.0 * (random.random(TICKS // 200) > 0.1), 200)
     contact = np.repeat((random.random(TICKS // 50) > 0.05) * 1.0, 50)
+    believed = np.column_stack([random.choice([0.0, 1.0, 2.0], 20), np.exp(random.uniform(-5.3, -0.7, 20))])
     given = _played(
         path,
         seen,
@@ -219,6 +222,7 @@ def run_adversary(number: int, seed: int) -> CarryingCase:
         contact,
         np.ascontiguousarray(np.repeat(load, every, axis=0)[:TICKS]),
         grip,
+        np.ascontiguousarray(np.repeat(believed, TICKS // 20, axis=0)),
         renderer_rule(EnergyPermitting(), STEP, 1),
         float(random.choice([0.0, 0.5, 5.0])),
     )

@@ -151,7 +151,8 @@ def _longest(lags: Lags) -> float | None:
 
 
 SECOND_TOUCH: Final = Target("first 0.5 s of a touch of a known object, worst", to_reach=0.03)
-"""Of set-up 4."""
+SECOND_TOUCH_FOREIGN: Final = Target("the same on the foreign plant", to_reach=0.08)
+"""Of set-up 4, on its own and on the foreign plant."""
 TOUCH_LATE: Final = Target("touch or release off the truth", "s", to_reach=0.03)
 ENERGY_GIVEN: Final = Target("energy given that was not put in", "J", to_reach=1e-5)
 SLOWNESS: Final = Target("time for a second of simulation", "s", to_reach=1.0 / 3.0)
