@@ -26,12 +26,19 @@ PAGES = ROOT / "docs" / "figures"
 BENCHES = {"bench": partial(bench_study, "quick"), "bench-faults": partial(faults_study, 2)}
 BENCHES |= {f"bench-{group}": partial(bench_study, group) for group in GROUPS if group != "quick"}
 OPTIONS = {"bench-faults": " --moments 2"}
+_REAL = (
+    *("emps", "silverbox", "bam_servo", "mr_damper", "brfd_friction_damper", "davinci_tool", "hsm150_motor"),
+    *("carter_pendulum", "ur10e_jointwise", "kinova_gen3_joint7", "pork_indentation", "silicone_tensile"),
+    *("falling_balls", "haptic_force_field"),
+)
+"""Data sets whose known physics acts along one axis; scans of palpation and arms have pages of their own."""
 TRIALS = {
     "trial": "trial --seed 71 --per-effect 1",
     "trial-remainder": "trial --seed 72 --per-effect 1 --remainder 0.2",
     "trial-foreign": "trial --seed 73 --per-effect 1 --plant foreign",
     "trial-arms": "trial --arms --seed 3 --per-effect 2",
-    "trial-real": "trial --real recordings",
+    "trial-real": f"trial --real recordings{''.join(f' --only {name}' for name in _REAL)}",
+    "trial-palpation": "trial --real recordings --only dvrk_palpation",
 }
 """Trials that have a page, each of a seed that nobody had looked at, and the command of it."""
 _WRITTEN = "Written by the command above"
