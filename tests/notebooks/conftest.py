@@ -11,10 +11,17 @@ from types import SimpleNamespace
 import matplotlib as mpl
 import pytest
 
+from mmt_drake.cloud.segment import load_open3d
+
 
 @pytest.fixture(scope="session")
 def run_notebook(checkout: Path) -> Callable[[str], SimpleNamespace]:
-    """Runs a notebook from top to bottom, where a warning is an error; gives its variables."""
+    """Runs a notebook from top to bottom, where a warning is an error; gives its variables.
+
+    Open3D is there before: it imports Dash, which pytest parses itself, and what is collected in the midst of that must
+    not raise (CPython 3.11 counts its recursions wrong then).
+    """
+    load_open3d()
 
     def run(name: str) -> SimpleNamespace:
         with warnings.catch_warnings(), mpl.rc_context(), contextlib.chdir(checkout / "notebooks"):
