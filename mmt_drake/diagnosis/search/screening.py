@@ -26,8 +26,6 @@ _LOOK_STEPS, _HOPELESS = 6, 4.0
 """Where one explains enough, what leaves this many times its variance after so many steps is not fitted in full."""
 _FEW_STARTS = 4
 """Of what has more starts, so many are screened."""
-_MANY_KEPT = 3
-"""... and so many go on: what repeats has a minimum at each period, and the first steps do not tell the best one."""
 _WIDENED = 2
 _FIRST = 2
 """A first answer is told when so many sets of effects have been fitted to all tracks."""
@@ -46,7 +44,6 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
         further: how many go on to the whole problem; the others are left behind. All then look at the same part.
     """
     problem, executor, watch = setup.problem, setup.executor, setup.watch
-    many = {name for (name, _), some in _of_each(tries).items() if len(some) > _FEW_STARTS}
     tries = _promising(tries, executor)
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     tried: set[str] = set()
@@ -61,11 +58,7 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
             if watch.is_late():  # what is not begun by now is cancelled
                 watch.miss(a.name for a in tries if a.name not in tried)
                 break
-    better = (
-        s
-        for starts in found.values()
-        for s in sorted(starts, key=lambda s: s.left)[: max(kept, _MANY_KEPT) if starts[0].start.name in many else kept]
-    )
+    better = (s for starts in found.values() for s in sorted(starts, key=lambda s: s.left)[:kept])
     chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
@@ -90,19 +83,13 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
 
 def _promising(tries: Sequence[Start], executor: Executor) -> list[Start]:
     """Of the many starts of an effect beside one seed those that promise most, in the order given."""
-    turns = _of_each(tries)
+    turns: dict[tuple[str, int], list[int]] = {}
+    for i, start in enumerate(tries):
+        turns.setdefault((start.name, id(start.seed)), []).append(i)
     many = [i for some in turns.values() if len(some) > _FEW_STARTS for i in some]
     promised = dict(zip(many, executor.map(Start.promise, [tries[i] for i in many]), strict=True))
     kept = {i for some in turns.values() for i in sorted(some, key=lambda i: -promised.get(i, 1.0))[:_FEW_STARTS]}
     return [start for i, start in enumerate(tries) if i in kept]
-
-
-def _of_each(tries: Sequence[Start]) -> dict[tuple[str, int], list[int]]:
-    """Which of the starts are of one set of effects beside one seed."""
-    turns: dict[tuple[str, int], list[int]] = {}
-    for i, start in enumerate(tries):
-        turns.setdefault((start.name, id(start.seed)), []).append(i)
-    return turns
 
 
 def _cost(pair: tuple[Start, Fitted | None]) -> float:
