@@ -270,6 +270,14 @@ def test_what_was_not_tried_beside_the_rest_of_a_set_counts_for_the_one_in_its_p
     assert [e.name for e in _untried_for(effect, alone, ("smooth_coulomb_friction",))] == ["smooth_coulomb_friction"]
 
 
+def test_beside_much_that_has_no_name_a_pair_that_was_not_tried_counts_too(fits) -> None:
+    alone = fits["coulomb_friction"]
+    (effect,) = alone.hypothesis.effects
+    untried = ("smooth_coulomb_friction + force_bias", "coulomb_friction + force_lag")
+    found = [[e.name for e in _untried_for(effect, alone, untried, more)] for more in (False, True)]
+    assert found == [[], ["force_bias", "smooth_coulomb_friction"]]
+
+
 def test_a_fit_that_must_not_be_named_rules_out_but_does_not_speak_against(problem, fits) -> None:
     pair = frozenset(("coulomb_friction", "force_bias"))
     some = [fits[""], fits["coulomb_friction"], fits["coulomb_friction force_bias"]]

@@ -4,7 +4,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, beside_its_kin, beside_the_nameless, beside_the_untried
+from mmt_drake.diagnosis.decide.confidence import (
+    MOST_NAMELESS,
+    ConfidenceSet,
+    beside_its_kin,
+    beside_the_nameless,
+    beside_the_untried,
+)
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
@@ -140,19 +146,18 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         sure = judgement.verdict != "ambiguous"
         share = {part.part: part.share for part in judgement.shares}
+        nameless = share.get("nameless", 0.0)
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
         may_be_nothing = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
         depths = {
             e.name: beside_the_untried(
                 beside_its_kin(
-                    beside_the_nameless(
-                        believed.depth(e), share.get(e.name, 0.0), share.get("nameless", 0.0), e.name in may_be_nothing
-                    ),
+                    beside_the_nameless(believed.depth(e), share.get(e.name, 0.0), nameless, e.name in may_be_nothing),
                     e,
                     named.hypothesis.effects,
                 ),
                 e,
-                _untried_for(e, named, judgement.untried),
+                _untried_for(e, named, judgement.untried, nameless > MOST_NAMELESS * share.get(e.name, 0.0)),
             )
             if sure
             else None
@@ -186,11 +191,15 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     return Outcome(diagnosis, prepared, model, judgement.refit, delivered, tuple(ranked))
 
 
-def _untried_for(effect: Effect, named: Fitted, untried: Iterable[str]) -> list[Effect]:
-    """Effects that, with the rest of a set that is named, there was no time to try in the place of one."""
+def _untried_for(effect: Effect, named: Fitted, untried: Iterable[str], more_is_missing: bool = False) -> list[Effect]:
+    """Effects that, with the rest of a set that is named, there was no time to try in the place of one.
+
+    Where more is missing that has no name, they may have come with a further effect, which takes that.
+    """
     sets = [set(names.split(" + ")) for names in untried]
     further = [names - named.hypothesis.key for names in sets if effect.name not in names]
-    found = {name for others in further if len(others) == 1 for name in others if name in LIBRARY}
+    most = 2 if more_is_missing else 1
+    found = {name for others in further if len(others) <= most for name in others if name in LIBRARY}
     return [LIBRARY[name].within(named.hypothesis.nominal) for name in sorted(found)]
 
 
