@@ -8,7 +8,7 @@ then it is the block's own beginning. So no held-out sample sets a state that is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,17 @@ class Windows:
         for _, _, first, end in self.rows:
             flags[first:end] = True
         return flags
+
+    def scoring(self, wanted: Flags) -> Windows:
+        """Those that score any of the samples (n,) wanted."""
+        return self._only(np.array([wanted[first:end].any() for _, _, first, end in self.rows], dtype=bool))
+
+    def every(self, often: int) -> Windows:
+        """One of every so many."""
+        return self._only(np.arange(len(self.rows)) % often == 0)
+
+    def _only(self, kept: Flags) -> Windows:
+        return replace(self, rows=self.rows[kept], guess=self.guess[kept], weight=self.weight[kept])
 
     @property
     def at_rest(self) -> bool:

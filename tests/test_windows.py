@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.diagnosis.checks.preflight import preflight
+from mmt_drake.diagnosis.fit import tracks
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack
 from mmt_drake.diagnosis.fit.window_length import window_length
 from mmt_drake.diagnosis.signals.smoother import smooth
@@ -75,6 +76,33 @@ def test_what_a_model_leaves_out_shows_as_much_as_from_known_states(truth, drift
     recording, motion = recorded(truth)
     right = in_windows(truth, recording, Windows.of(TIME, recording["output"], 2.5))[0]["output"]
     assert np.sqrt(np.mean((right - motion[:, 0])[scored] ** 2)) < 3.0 * NOISE
+
+
+def driven_track(length):
+    smoothed = smooth(recorded(replace(BODY, Fc=0.8))[0])
+    held = in_blocks(smoothed.time, held_blocks(blocks_of(smoothed.time, length or smoothed.time[-1] / 12.0)))
+    return DrivenTrack(smoothed, 0, held, NOISE, window_s=length)
+
+
+@pytest.mark.parametrize("heldout", [False, True])
+def test_a_part_is_simulated_as_in_the_whole_bit_for_bit_and_nothing_else_is(heldout):
+    track = driven_track(2.5)
+    part = track.part(heldout)
+    chosen = (track.heldout == heldout) & (track.weight > 0.0)
+    np.testing.assert_array_equal(part.residual(BODY)[chosen], track.residual(BODY)[chosen])
+    assert not part.residual(BODY)[~chosen & (track.weight > 0.0)].any()
+    assert np.abs(track.residual(BODY)[chosen]).max() > 10.0 * NOISE
+
+
+@pytest.mark.parametrize("length", [None, 2.5])
+def test_of_a_long_recording_windows_spread_over_all_of_it_are_easier_to_fit(length, monkeypatch):
+    monkeypatch.setattr(tracks, "LONG", 3000)
+    track = driven_track(length)
+    eased = track.eased()
+    times = track.time[eased.weight > 0.0]
+    assert 0 < len(times) < 0.5 * len(track.time) and not track.heldout[eased.weight > 0.0].all()
+    assert times[0] < 0.2 * track.time[-1] and times[-1] > 0.6 * track.time[-1]
+    assert eased.weight @ eased.residual(replace(BODY, Fc=0.8)) ** 2 < 0.1 * (eased.weight @ eased.residual(BODY) ** 2)
 
 
 def test_a_body_that_sets_out_in_motion_is_simulated_in_motion_and_one_at_rest_at_rest():

@@ -46,7 +46,7 @@ from mmt_drake.model_files import Model, compared, model_data
 from mmt_drake.over import with_knots
 from mmt_drake.recording import Recording
 
-SEARCHING = 0.8
+SEARCHING = 0.7
 """Share of the time budget for the search; the rest is for what it has found."""
 TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""

@@ -61,7 +61,9 @@ class Problem:
 
     def _of(self, track: Track, model: Structure, skew: float, heldout: bool, coarse: float) -> Array:
         chosen = (track.heldout == heldout) & (track.weight > 0.0)
-        return track.residual(model, skew, coarse)[chosen] * (math.sqrt(share(track.smoothed)) / track.floor)
+        # What a verdict is built on must be fit to be simulated throughout; a search asks for what it looks at alone.
+        simulated = track if coarse == 1.0 else track.part(heldout)
+        return simulated.residual(model, skew, coarse)[chosen] * (math.sqrt(share(track.smoothed)) / track.floor)
 
     def samples(self, *, heldout: bool = False) -> float:
         """How many independent samples of noise the residuals are worth."""

@@ -22,7 +22,7 @@ from mmt_drake.motion.delay import delayed_input
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.over import Conditions, Model, standing_still, under
 from mmt_drake.recording import AXES
-from mmt_drake.windows import Windows
+from mmt_drake.windows import WHOLE, Windows
 
 COARSE = 3.0
 """Steps in a search are so much longer than accuracy asks for; the error is about 0.1 of the noise at most."""
@@ -34,6 +34,9 @@ _STABLE = 8.0
 """Steps over the accurate ones at which what is faster than a sample still dies out as it should, if not in shape."""
 _PER_SAMPLE = 8.0
 """Steps in a sample interval beyond which a search asks for stability alone: nothing faster shows between samples."""
+
+LONG, _FEWEST = 12_000, 3
+"""Samples of a driven body's output beyond which what is easier to fit is a part of them, and the windows of that."""
 
 _NODES = 6  # of the interpolation in time
 
@@ -119,6 +122,10 @@ class Track(ABC):
 
     def eased(self) -> Track:
         """The track, or what of it is easier to fit at first; its floor is then a guess."""
+        return self
+
+    def part(self, heldout: bool) -> Track:
+        """The track, or what of it must be simulated for the samples that are held out, or for those that are not."""
         return self
 
     def replay(self, model: Structure, coarse: float = COARSE, late: float = 0.0) -> tuple[Array, States]:
@@ -213,18 +220,31 @@ class DrivenTrack(Track):
         load: (n,) normal load of its bearing [N]; empty where none is recorded (`PositionOut.carried`).
         by_rate: whether the rate of the output is compared instead of the output. An output that integrates remembers
             every error there ever was, and its valleys are narrow; its rate forgets, and so do windows.
+        wanted: (n,) samples; windows that score none of these are not simulated. Empty: all are.
     """
 
     window_s: float | None = None
     initial: Initial = "rest"
     load: Array = field(default_factory=lambda: np.zeros(0))
     by_rate: bool = False
+    wanted: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
     @cached_property
     def windows(self) -> Windows:
         """Over which it is simulated."""
         fitted = self.initial == "fitted"
-        return Windows.of(self.time, self._leading, self.window_s, self.smoothed.nearby_reach_s, fitted)
+        windows = Windows.of(self.time, self._leading, self.window_s, self.smoothed.nearby_reach_s, fitted)
+        return windows.scoring(self.wanted) if len(self.wanted) else windows
+
+    @cached_property
+    def _parts(self) -> tuple[Track, Track]:
+        """See `part`: what is fitted, and what is held out."""
+        scored = self.windows.scored
+        return replace(self, wanted=scored & ~self.heldout), replace(self, wanted=scored & self.heldout)
+
+    def part(self, heldout: bool) -> Track:
+        """See `Track.part`; windows know nothing of each other."""
+        return self if self.window_s is None else self._parts[heldout]
 
     @property
     def tells_scale(self) -> bool:
@@ -242,7 +262,15 @@ class DrivenTrack(Track):
         return self.smoothed.weight * self.windows.scored
 
     def eased(self) -> Track:
-        """See `Track.eased`: the rate, with the noise that white noise within the band would have."""
+        """See `Track.eased`: of what is long, windows spread over it.
+
+        Else of a whole recording the rate, with the noise that white noise within the band would have.
+        """
+        if len(self.time) > LONG:
+            split = replace(self, window_s=self.window_s or self.windows.length / (2 * WHOLE))
+            fitted = split.windows.scoring(~self.heldout)
+            often = min(len(self.time) // LONG + 1, len(fitted.rows) // _FEWEST)
+            return replace(split, wanted=fitted.every(max(often, 1)).scored)
         if self.window_s is not None:
             return self
         top = 2.0 * math.pi * min(self.smoothed.low_pass.band_hz, 0.5 * self.smoothed.rate_hz)

@@ -20,6 +20,8 @@ _MOST_SEEDS = 4
 _FURTHER, _FURTHER_KEPT = 24, 2
 _SHARE = 0.5
 """Of the time that is left one more effect at once may take: a single one must leave time for two."""
+_RESTARTING = 0.1
+"""Of the time that is left each search for another minimum may take, where there are many."""
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
@@ -64,10 +66,12 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
             found = swap(setup, found)
         if level > 0:
             found = simplify(setup, found)
-        found = random_restarts(setup, at_the_limit(setup, found))
+        with setup.watch.within(_RESTARTING):
+            found = random_restarts(setup, at_the_limit(setup, found))
         if level > 0:
             pruned = prune(problem, found[0], setup.executor)
-            levels[-1] = best_of_each([*levels[-1], *random_restarts(setup, pruned)])
+            with setup.watch.within(_RESTARTING):
+                levels[-1] = best_of_each([*levels[-1], *random_restarts(setup, pruned)])
         levels.append(best_of_each([*found, *(s.fitted for s in screened)]))
         if enough(found[0]):
             break

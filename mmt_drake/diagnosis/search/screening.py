@@ -7,6 +7,7 @@ stick-slip into one of many minima.
 """
 
 import math
+import statistics
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 
@@ -82,14 +83,20 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
 
 
 def _promising(tries: Sequence[Start], executor: Executor) -> list[Start]:
-    """Of the many starts of an effect beside one seed those that promise most, in the order given."""
-    turns: dict[tuple[str, int], list[int]] = {}
-    for i, start in enumerate(tries):
-        turns.setdefault((start.name, id(start.seed)), []).append(i)
-    many = [i for some in turns.values() if len(some) > _FEW_STARTS for i in some]
-    promised = dict(zip(many, executor.map(Start.promise, [tries[i] for i in many]), strict=True))
-    kept = {i for some in turns.values() for i in sorted(some, key=lambda i: -promised.get(i, 1.0))[:_FEW_STARTS]}
-    return [start for i, start in enumerate(tries) if i in kept]
+    """Of the many starts of an effect beside one seed those that promise most.
+
+    The best one of each effect and seed comes first, then the second ones; of these what promises most. Should time be
+    short, what promises least has had no turn. What a little of an effect does not show (an end stop further out)
+    stands in the middle.
+    """
+    promised = list(executor.map(Start.promise, tries))
+    middle = statistics.median(promised) if promised else 0.0
+    promised = [promise or middle for promise in promised]
+    starts: dict[tuple[str, int], list[int]] = {}
+    for i in sorted(range(len(tries)), key=lambda i: -promised[i]):
+        starts.setdefault((tries[i].name, id(tries[i].seed)), []).append(i)
+    turns = ([some[turn] for some in starts.values() if turn < len(some)] for turn in range(_FEW_STARTS))
+    return [tries[i] for turn in turns for i in turn]
 
 
 def _cost(pair: tuple[Start, Fitted | None]) -> float:
