@@ -304,7 +304,7 @@ class _Session:
     def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
         self.watch.begin(_NEXT)
         try:
-            prescription = prescribe(explanations, self.prepared, self.executor)
+            prescription = prescribe(explanations, self.prepared, self.executor, self.watch.is_late)
         except MmtError as error:  # found on the accurate clock, and beyond the one that motions are sought on
             text = f"No motion could be sought that would tell these apart: {error}."
             return replace(outcome, diagnosis=replace(outcome.diagnosis, next_recording=text))

@@ -112,6 +112,7 @@ def test_an_equal_pair_is_found_to_be_equal(tmp_path: Path) -> None:
         at(prepared, body, {"constant_force": {"F": 0.3}}),
         at(prepared, body, {"asymmetric_friction": {"Fc_plus": 0.7, "Fc_minus": 1.3}}),
     ]
+    assert len(prescribe(pair, prepared, is_late=lambda: True).tried) == 1
     found = prescribe(pair, prepared)
     assert len(found.tried) >= 3
     assert found.best is None

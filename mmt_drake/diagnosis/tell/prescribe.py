@@ -6,7 +6,7 @@ fit, held against the noise, is how well the motion would separate them.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -101,13 +101,19 @@ class Prescription:
         return target
 
 
-def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor | None = None) -> Prescription:
+def prescribe(
+    rivals: Sequence[Fitted],
+    prepared: Prepared,
+    executor: Executor | None = None,
+    is_late: Callable[[], bool] = lambda: False,
+) -> Prescription:
     """Find the motion that would tell explanations apart.
 
     Args:
         rivals: two explanations or more, best first; the first `MOST_RIVALS` count.
         prepared: the recordings at hand.
         executor: tries the motions; one after another where it is None.
+        is_late: whether the time is over; no more than one further motion is then tried.
 
     Raises:
         BadInput: fewer than two explanations, or recordings that were refused.
@@ -128,7 +134,13 @@ def prescribe(rivals: Sequence[Fitted], prepared: Prepared, executor: Executor |
     now = session.separation(tracks)
     planned = list(session.planner.plans())
     found = map(session.tried, planned) if executor is None else executor.map(session.tried, planned)
-    tried = sorted((t for t in found if t is not None), key=lambda t: -t.separation.margin)
+    tried = []
+    for motion in found:
+        if motion is not None:
+            tried.append(motion)
+        if is_late():  # what is not begun by now is cancelled
+            break
+    tried.sort(key=lambda t: -t.separation.margin)
     best = next((t for t in tried if t.separation.settles), None)
     return Prescription(_in_words(first, best, now, tried), best, now, tuple(tried))
 
