@@ -22,7 +22,7 @@ class CarriedObject:
         m_deviation, centre_deviation: standard deviations [kg], [m].
         seconds: how long it was off the table, the operator's copy too [s].
         force: error of the rendered force meanwhile, RMS over that of the true one.
-        across: the same along x and y alone, where only its swing is felt.
+        across: the same along x and y alone, where only its swing is felt; None: nothing acts there.
     """
 
     m: float
@@ -31,14 +31,15 @@ class CarriedObject:
     centre_deviation: float | None
     seconds: float
     force: float
-    across: float
+    across: float | None
 
     def line(self) -> str:
         """For a terminal."""
         centre = "centre not told"
         if self.centre is not None and self.centre_deviation is not None:
             centre = f"centre {1e3 * self.centre:.1f} +- {1e3 * self.centre_deviation:.1f} mm below the grip"
-        felt = f"force {100 * self.force:.2g} % off, {100 * self.across:.2g} % along x and y"
+        felt = f"force {100 * self.force:.2g} % off"
+        felt += "" if self.across is None else f", {100 * self.across:.2g} % along x and y"
         mass = f"{1e3 * self.m:.4g} +- {1e3 * self.m_deviation:.1g} g"
         return f"carried for {self.seconds:.1f} s: {mass}, {centre}; {felt}"
 
@@ -82,7 +83,8 @@ def carried_object(recording: Recording, delay_s: float) -> CarriedObject | None
         float(recording[f"carried_{name}"][end]) for name in ("m", "centre", "deviation_m", "deviation_centre")
     )
     known = centre > 0.0
-    share = share_of(off, true), share_of(off[:, :2], true[:, :2])
+    across = share_of(off[:, :2], true[:, :2]) if true[:, :2].any() else None
+    share = share_of(off, true), across
     return CarriedObject(m, of_m, centre if known else None, of_centre if known else None, len(off) * step, *share)
 
 

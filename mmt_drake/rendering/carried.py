@@ -7,7 +7,8 @@ damping, of which the object in the air takes up new ones with a lag of `TAKE_UP
 about one that is believed beforehand. Where what is told differs from what it swings about, the last seconds of the
 hand's way are swung again with the new numbers, so that it does not go on for seconds with the swing of another object;
 the step of the force that this makes fades within the same lag. An object that the telerobot says
-it does not hold is let go, and comes back with the next closing of the grip.
+it does not hold is let go. It comes back with the next closing of the grip, or when the telerobot holds it on the
+table.
 
 Mass is not made from acceleration: it hangs from the grasp's spring and damper, a virtual coupling (Colgate, Stanley,
 Brown, "Issues in the haptic display of tool use", IROS 1995), whose step makes no energy whatever its numbers. The
@@ -21,7 +22,7 @@ from typing import Final
 
 from numba import njit
 
-from mmt_drake.estimation.carried import CARRIED, FREE, GONE, SLIPS
+from mmt_drake.estimation.carried import CARRIED, FREE, GONE, ON_TABLE, SLIPS
 from mmt_drake.model import carried
 from mmt_drake.model.grasped_box import LEAST_GRIP
 from mmt_drake.model.parameters import THETA
@@ -91,9 +92,10 @@ def _change(now: Array, tip: Array, force: Array, grip: float, touches: float, l
     """What the copy becomes, by the grip, the contact and the force on the table."""
     air, p = now[_AIR : _AIR + carried.CARRIED_SIZE], now[_P : _P + carried.NUMBERS]
     not_there = load[0] == GONE or (load[0] == FREE and load[4] >= LEAST_GRIP)
+    closes = now[MODE] == OPEN and _known(now)
     if not grip >= LEAST_GRIP:  # nor is NaN
         now[MODE] = OPEN
-    elif now[MODE] == OPEN and touches != 0.0 and _known(now):
+    elif touches != 0.0 and (closes or (now[MODE] == LET_GO and load[0] == ON_TABLE)):  # closed before it came down
         now[MODE] = HELD
     if now[MODE] in (HELD, LIFTED) and not_there:
         now[MODE] = LET_GO

@@ -43,3 +43,11 @@ def test_a_centre_that_was_not_told_is_none_and_nothing_carried_is_no_figure() -
     recording.columns["carries"][:] = 0.0
     assert carried_object(recording, LATE) is None
     assert carried_object(Recording(np.array([0.0, 0.001]), {}, "a run"), LATE) is None
+
+
+def test_where_nothing_acts_along_x_and_y_no_share_of_it_is_told() -> None:
+    recording = carried()
+    recording.columns["true_force_x"][:] = 0.0
+    found = carried_object(recording, LATE)
+    assert found is not None and found.across is None and "along x and y" not in found.line()
+    assert found.to_json()["force_error_across"] is None

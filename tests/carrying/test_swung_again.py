@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_grasped_objects import C, M, P, path
 
-from mmt_drake.estimation.carried import CARRIED, FREE
+from mmt_drake.estimation.carried import CARRIED, FREE, ON_TABLE
 from mmt_drake.rendering import carried
 from mmt_drake.rendering.updates import EnergyPermitting, renderer_rule
 
@@ -12,16 +12,20 @@ THETA = np.array([M, 0.0, P[1], 0.0, P[2], 0.2, P[3], P[4], 0.2, 0.005])
 RULE = renderer_rule(EnergyPermitting(), 1e-3, 1)
 
 
-def felt(told_at: float, believed: float, wrong: float = 0.0, top: float = 0.0):
-    """(n, 3) force along `path`; the centre is told from a time on, and before that a wrong one, unless that is 0."""
+def felt(told_at: float, believed: float, wrong: float = 0.0, top: float = 0.0, closed_at: float = 0.7):
+    """(n, 3) force along `path`; the centre is told from a time on, and before that a wrong one, unless that is 0.
+
+    That the object stands in the grip is told from 0.9 s on.
+    """
     t = np.arange(0.0, 4.0, 1e-3)
     at, force = path(t), np.zeros((len(t), 3))
     out = np.zeros(carried.MEMORY + carried.MEMORY_SIZE)
     for k, now in enumerate(t):
         table = np.array([0.0, 0.0, -P[3] * at[k, 2]]) if at[k, 2] < 0.01 else np.zeros(3)
         centre = C if now >= told_at else wrong
-        load = np.array([CARRIED if now > 1.2 else FREE, M, centre, 0.05, 8.0 if now > 1.2 else 0.0])
-        motion, grip = np.append(at[k] + [0.0, 0.0, top], np.zeros(3)), 8.0 if now > 0.7 else 0.0
+        state = CARRIED if now > 1.2 else ON_TABLE if now > 0.9 else FREE
+        load = np.array([state, M, centre, 0.05, 8.0 if now > min(closed_at + 0.4, 0.9) else 0.0])
+        motion, grip = np.append(at[k] + [0.0, 0.0, top], np.zeros(3)), 8.0 if now > closed_at else 0.0
         given = motion, table, grip, 1.0, THETA, load, top, 0.0, believed
         carried.carried_force(out[carried.MEMORY :].copy(), now, 1e-3, *given, RULE, out)
         force[k] = out[:3]
@@ -58,3 +62,10 @@ def test_it_does_not_matter_how_high_its_top_stands():
 def test_a_wrong_centre_that_was_told_leaves_nothing_behind(wrong):
     t, known = felt(0.0, C)
     assert off(felt(2.8, C, wrong=wrong)[1], known, t > 3.5) < 0.05
+
+
+def test_a_grip_that_was_closed_before_it_came_down_feels_what_it_lifts():
+    t, usual = felt(0.0, C)
+    early = felt(0.0, C, closed_at=-1.0)[1]
+    assert usual[t > 2.0, 2].max() < -0.5 * M * 9.81
+    np.testing.assert_allclose(early[t > 2.0], usual[t > 2.0], atol=1e-9)
