@@ -33,7 +33,7 @@ _REAL = (
 )
 """Data sets whose known physics acts along one axis; scans of palpation and arms have pages of their own."""
 TRIALS = {
-    "trial": "trial --seed 81 --per-effect 1",
+    "trial": "trial --seed 82 --per-effect 1",
     "trial-remainder": "trial --seed 72 --per-effect 1 --remainder 0.2",
     "trial-foreign": "trial --seed 73 --per-effect 1 --plant foreign",
     "trial-arms": "trial --arms --seed 3 --per-effect 2",

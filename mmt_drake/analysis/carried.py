@@ -82,12 +82,11 @@ def carried_object(recording: Recording, delay_s: float) -> CarriedObject | None
     m, centre, of_m, of_centre = (
         float(recording[f"carried_{name}"][end]) for name in ("m", "centre", "deviation_m", "deviation_centre")
     )
-    known = centre > 0.0
-    across = share_of(off[:, :2], true[:, :2]) if true[:, :2].any() else None
-    share = share_of(off, true), across
-    return CarriedObject(m, of_m, centre if known else None, of_centre if known else None, len(off) * step, *share)
+    where, within = (centre, of_centre) if centre > 0.0 else (None, None)
+    force, across = share_of(off, true), share_of(off[:, :2], true[:, :2])
+    return None if force is None else CarriedObject(m, of_m, where, within, len(off) * step, force, across)
 
 
-def share_of(off: Array, true: Array) -> float:
-    """RMS of the one over that of the other."""
-    return float(np.sqrt(np.mean(off**2) / np.mean(true**2)))
+def share_of(off: Array, true: Array) -> float | None:
+    """RMS of the one over that of the other; None where the other is nothing."""
+    return float(np.sqrt(np.mean(off**2) / np.mean(true**2))) if true.any() else None

@@ -28,8 +28,6 @@ needs_bindings = pytest.mark.skipif(
 )
 FORCE = 2.5  # [N] the most that the supervisor may let through
 HAND = "soft_start=0.5 target_z=-0.035 hand_stiffness=1500 hand_damping=30 swing_y=0.02 swing_hz=0.7"
-
-
 PRESSING = (
     "soft_start=0.5 target_x=-0.065 target_z=-0.015 hand_stiffness=1500 hand_damping=30 swing_z=0.015 swing_hz=0.25"
 )

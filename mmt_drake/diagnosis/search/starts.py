@@ -172,18 +172,15 @@ class Screened:
 
 
 def all_starts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Start]:
-    """Every start of every effect that can be added, from each of several fits of the same hypothesis.
-
-    The first start of every effect comes first, then the second ones: should time be short, each has had a turn.
-    """
-    turns = [
-        (turn, effect, values)
+    """Every start of every effect that can be added, from each of several fits of the same hypothesis."""
+    return [
+        Start(seed, effect, values)
         for effect in library
         if seeds[0].fitted.hypothesis.admits(effect)
-        for turn, values in enumerate(effect.starts(scales))
+        for values in effect.starts(scales)
+        for seed in seeds
+        if _may_show(seed, effect)
     ]
-    turns.sort(key=lambda one: one[0])
-    return [Start(seed, effect, values) for _, effect, values in turns for seed in seeds if _may_show(seed, effect)]
 
 
 def _may_show(seed: Seed, effect: Effect) -> bool:
