@@ -59,7 +59,7 @@ STUDIES = (
     *("cli/test_bench.py", "cli/test_diagnose_cluster", "cli/test_diagnose_delivers", "cli/test_experiment"),
     *("cli/test_next_motion", "diagnosis/test_on_surface", "diagnosis/test_station_diagnosis"),
     "diagnosis/test_transmission_diagnosis",
-    "diagrams/proof/",
+    *("diagrams/proof/", "hw/omega/test_lifted_by_hand"),
     "test_documented_commands",
 )
 """Files of tests that run experiments, trials, benches, notebooks and whole diagnoses: half of all the time."""

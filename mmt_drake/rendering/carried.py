@@ -92,7 +92,7 @@ def _change(now: Array, tip: Array, force: Array, grip: float, touches: float, l
     """What the copy becomes, by the grip, the contact and the force on the table."""
     air, p = now[_AIR : _AIR + carried.CARRIED_SIZE], now[_P : _P + carried.NUMBERS]
     not_there = load[0] == GONE or (load[0] == FREE and load[4] >= LEAST_GRIP)
-    closes = now[MODE] == OPEN and _known(now)
+    closes = now[MODE] == OPEN and _known(now) and load[0] != CARRIED
     if not grip >= LEAST_GRIP:  # nor is NaN
         now[MODE] = OPEN
     elif touches != 0.0 and (closes or (now[MODE] == LET_GO and load[0] == ON_TABLE)):  # closed before it came down
@@ -108,6 +108,12 @@ def _change(now: Array, tip: Array, force: Array, grip: float, touches: float, l
             carried.lift(air, place, (0.0, 0.0), (0.0, 0.0))
             air[carried.HEIGHT] = 1e-9  # off it
             now[MODE] = LIFTED
+
+
+@njit(cache=True)
+def _carried_elsewhere(now: Array, grip: float, load: Array) -> bool:
+    """Whether the telerobot carries what the closed grip never took hold of: nobody knows here where it hangs."""
+    return grip >= LEAST_GRIP and now[MODE] in (OPEN, LET_GO) and load[0] in (CARRIED, SLIPS)
 
 
 @njit(cache=True)
@@ -166,6 +172,8 @@ def carried_force(
     flew = now[MODE] == LIFTED
     _change(now, motion, force, grip, touches, load, top)
     assign(felt, force)
+    if _carried_elsewhere(now, grip, load):
+        felt[0] = felt[1] = felt[2] = 0.0
     if flew and now[MODE] == LIFTED:
         share = 1.0 - math.exp(-h / TAKE_UP_S)
         centre, again = now[_TARGET + carried.CENTRE], False

@@ -69,3 +69,12 @@ def test_a_grip_that_was_closed_before_it_came_down_feels_what_it_lifts():
     early = felt(0.0, C, closed_at=-1.0)[1]
     assert usual[t > 2.0, 2].max() < -0.5 * M * 9.81
     np.testing.assert_allclose(early[t > 2.0], usual[t > 2.0], atol=1e-9)
+
+
+def test_of_what_the_telerobot_carries_and_the_hand_never_took_hold_of_no_force_is_made():
+    memory, out = np.zeros(carried.MEMORY_SIZE), np.zeros(carried.MEMORY + carried.MEMORY_SIZE)
+    load, force = np.array([CARRIED, M, C, 0.05, 8.0]), np.array([0.0, 0.0, 5.0])
+    for state, felt_at_all in ((CARRIED, False), (FREE, True)):
+        given = np.zeros(6), force, 8.0, 1.0, THETA, np.append(state, load[1:]), 0.0, 1.0, C
+        carried.carried_force(memory, 0.0, 1e-3, *given, RULE, out)
+        assert (out[2] > 0.0) == felt_at_all and out[carried.CARRIES] == 0.0

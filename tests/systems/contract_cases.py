@@ -226,7 +226,7 @@ UNTOLD = frozenset(
 #: Nor is anything lifted: what is felt is the force on the table.
 ON_THE_TABLE = frozenset(
     (port, "carries") for port in ("motion", "force", "grip", "in_contact", "theta", "carried")
-) | frozenset((port, "force") for port in ("grip", "in_contact", "theta", "carried"))
+) | frozenset({("in_contact", "force"), ("theta", "force"), ("in_contact", "readout")})
 
 STILL_ON_THE_TABLE = frozenset({"deviation", "status"})  # nothing is carried for long enough to be told
 
@@ -273,7 +273,8 @@ CASES: dict[str, Case] = {
     "CarriedReflection-of-several": Case(
         lambda folder: CarriedReflection(updates=EnergyPermitting(), seen=True),
         computed_together=ON_THE_TABLE
-        | frozenset((i, o) for i in ("facet", "height", "thing") for o in ("force", "carries", "readout")),
+        | frozenset((i, o) for i in ("facet", "height", "thing") for o in ("force", "carries", "readout"))
+        - {("thing", "readout")},
         still=frozenset({"carries"}),
     ),
     "TouchedObject": Case(
