@@ -143,7 +143,7 @@ class _Search:
         starts = [(clocked, clocked.vector(values, {})) for values in (nominal, *far)]
         for level, (kept, steps) in enumerate(FUNNEL):
             self.on_stage(Stage(_PARAMETERS, f"{len(starts)} starts", level, 1 + len(FUNNEL), (_INTERVALS,)))
-            begun = sorted(problem.fits(starts, self.executor, steps=steps), key=lambda f: f.cost)
+            begun = sorted(problem.fits(starts, self.executor, steps=steps, secant=True), key=lambda f: f.cost)
             starts = [(clocked, f.x) for f in _distinct(begun)[:kept]]
         return [(hypothesis, hypothesis.vector(clocked.structure_values(x), {})) for _, x in starts]
 

@@ -32,7 +32,7 @@ def _hung(at: At, q: Own, p: Numbers) -> Result:
 
 def _starts(scales: Scales) -> list[Values]:
     m2 = 0.2 * scales.mass
-    omegas = [2.0 * pi * part * scales.frequency for part in (0.4, 0.6, 0.9, 1.3, 2.0, 3.0)]
+    omegas = [2.0 * pi * part * scales.frequency for part in (0.4, 0.6, 0.9, 1.3, 2.0, 3.0, 4.5, 6.5, 9.5, 14.0)]
     return [{"m2": m2, "k": m2 * omega**2, "b": 0.1 * m2 * omega} for omega in omegas]
 
 

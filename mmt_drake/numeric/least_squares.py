@@ -18,7 +18,8 @@ _LONGEST = 2.0  # of a parameter's scale: the longest step
 _LEAST_LEFT = 0.3
 """In one step a parameter that is positive keeps so much of itself: a scale of speed or time that is thrown to next to
 nothing is one that the data say no more of."""
-_MOST_DAMPING = 1e8
+_MOST_DAMPING, _TRUSTED = 1e8, 64.0
+"""The most damping; and by so much it may grow before a Jacobian that was carried on is given up."""
 _IDLE = 1e-4
 """A parameter is left where it is while even the longest step of it would change the residual by no more than this part
 of it: its Gauss-Newton step, nothing over nothing, would dwarf all others."""
@@ -59,6 +60,7 @@ def minimise(
     known: Array | None = None,
     pull: Array | None = None,
     converged_at: float = CONVERGED,
+    secant: bool = False,
 ) -> Minimum:
     """Least squares within bounds.
 
@@ -67,10 +69,13 @@ def minimise(
         start: (k,) within the bounds.
         low, high: (k,) bounds.
         scale: (k,) natural size of each parameter.
-        steps: at most so many Jacobians.
+        steps: at most so many.
         known: (n, k) derivatives that are used as they are; NaN in the columns of the others.
         pull: (k,) slope of a term, linear in x, that is minimised beside half the sum of squares; none by default.
         converged_at: relative decrease of the sum of squares in a step, below which the fit ends.
+        secant: whether the Jacobian is carried on from step to step (Broyden's rank-one update) and simulated anew
+            only where it leads no further. A step then costs one simulation in the place of k + 1; where the fit ends
+            the Jacobian is near by.
 
     Raises:
         MmtError: the residual cannot be evaluated at the start.
@@ -83,20 +88,20 @@ def minimise(
     cost = float(r @ r + uphill @ x)
     simulations, damping, converged = 1, 1e-3, False
     jacobian = np.zeros((len(r), len(x)))
+    carried = False
     for _ in range(steps):
-        simulations += _differences(residual, x, r, low, high, scale, known, jacobian)
+        if not carried:
+            simulations += _differences(residual, x, r, low, high, scale, known, jacobian)
         gradient = jacobian.T @ r + 0.5 * uphill * scale
         held = ((x <= low) & (gradient > 0.0)) | ((x >= high) & (gradient < 0.0))
         idle = _LONGEST * np.linalg.norm(jacobian, axis=0) <= _IDLE * np.linalg.norm(r)
         free = ~(held | idle)
-        if not free.any():
-            converged = True
-            break
         active = jacobian[:, free]
         normal = active.T @ active
         size = np.maximum(np.diag(normal), 1e-300)
         better: tuple[Array, Array] | None = None
-        while better is None and damping < _MOST_DAMPING:
+        most_damping = min(_MOST_DAMPING, _TRUSTED * damping) if carried else _MOST_DAMPING
+        while free.any() and better is None and damping < most_damping:
             step = np.linalg.solve(normal + damping * np.diag(size), -gradient[free])
             step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
             candidate = x.copy()
@@ -108,14 +113,19 @@ def minimise(
                 better = candidate, r_candidate
             else:
                 damping *= 8.0
-        if better is None:
-            converged = True
-            break
-        x, r = better
-        left = float(r @ r + uphill @ x)
-        decrease, cost = cost - left, left
-        damping = max(damping / 6.0, 1e-9)
-        if decrease < converged_at * float(r @ r):
+        simulated, carried = not carried, False
+        if better is not None:
+            moved, change = (better[0] - x) / scale, better[1] - r
+            x, r = better
+            left = float(r @ r + uphill @ x)
+            decrease, cost = cost - left, left
+            damping = max(damping / 6.0, 1e-9)
+            if decrease >= converged_at * float(r @ r):
+                carried = secant
+                if carried:
+                    jacobian += np.outer(change - jacobian @ moved, moved / (moved @ moved))
+                continue
+        if simulated:
             converged = True
             break
     return Minimum(x, r, jacobian / scale, converged, simulations)

@@ -143,6 +143,20 @@ def test_a_slight_effect_is_found_beside_a_plain_one(unequal):
     assert best.hypothesis.key == {"force_bias", "nonlinear_stiffness"} and unequal.ratio(best) < ENOUGH
 
 
+def test_what_leaves_much_more_than_enough_goes_no_further_unless_it_lost_what_it_was_added_to():
+    problem, base, scales = fitted_base(CUBIC)
+    (seed,) = Seed.on_parts(base, [problem])
+    start = all_starts([seed], [LIBRARY["force_bias"]], scales)[0]
+    looked = start.screened()
+    assert looked is not None and looked.cost <= base.cost
+    assert start.widened(problem, looked, most=0.5 * looked.cost) is looked
+    far = looked.hypothesis.vector({}, {"force_bias": {"bias": 5.0}})
+    lost = problem.unchanged(looked.hypothesis, far)
+    assert lost.cost > base.cost
+    found = start.widened(problem, lost, most=0.5 * looked.cost)
+    assert found is not None and found.cost <= base.cost
+
+
 def test_an_effect_that_only_made_up_for_a_poor_fit_of_another_one_is_pruned():
     problem, base, _ = fitted_base(CUBIC)
     both = base.hypothesis.adding(LIBRARY["force_bias"]).adding(LIBRARY["nonlinear_stiffness"])

@@ -147,20 +147,21 @@ class Problem:
         steps: int = 30,
         known: Array | None = None,
         converged_at: float = CONVERGED,
+        secant: bool = False,
     ) -> Fitted:
         """Fit the free numbers of a hypothesis to the blocks that are not held out.
 
         Args:
             hypothesis: what is fitted.
             start: where to begin.
-            steps: at most so many Jacobians.
-            known, converged_at: see `minimise`.
+            steps: at most so many.
+            known, converged_at, secant: see `minimise`.
 
         Raises:
             MmtError: the simulation diverges at the start.
         """
         residual, limits = partial(self.objective_at, hypothesis), hypothesis.limits(start)
-        found = minimise(residual, start, *limits, steps=steps, known=known, converged_at=converged_at)
+        found = minimise(residual, start, *limits, steps=steps, known=known, converged_at=converged_at, secant=secant)
         return Fitted(hypothesis, found)
 
     def fits(
@@ -170,11 +171,12 @@ class Problem:
         *,
         steps: int,
         converged_at: float = CONVERGED,
+        secant: bool = False,
     ) -> list[Fitted]:
         """`fit` from each start, in order, but for those that cannot be simulated."""
 
         def fitted(hypothesis: Hypothesis, x: Array) -> Fitted | None:
-            return attempt(self.fit, hypothesis, x, steps=steps, converged_at=converged_at)
+            return attempt(self.fit, hypothesis, x, steps=steps, converged_at=converged_at, secant=secant)
 
         return [f for f in executor.map(fitted, *zip(*starts, strict=True)) if f is not None]
 

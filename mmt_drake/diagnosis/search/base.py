@@ -53,7 +53,9 @@ def fit_base(
         nominal = problem.at(hypothesis, problem.skew_alone(hypothesis, start))
     further = [known.x] if known is not None else [hypothesis.moved(start, number) for number in range(STARTS)]
     starts = [(hypothesis, x) for x in (nominal.x, *further)]
-    found = problem.fits(starts, executor, steps=STEPS, converged_at=CONVERGED)
+    begun = sorted(problem.fits(starts, executor, steps=BEGUN_STEPS, secant=True), key=lambda f: f.cost)[:TAKEN_ON]
+    taken_on = [(hypothesis, f.x) for f in begun]
+    found = problem.fits(taken_on, executor, steps=STEPS, converged_at=CONVERGED)
     nearest = min(found, key=lambda f: f.cost)
     if not _is_noise(problem, nearest):
         if known is None and (doubting := _doubting(problem, nearest, executor)) is not None:
@@ -99,7 +101,7 @@ def _from_afar(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fi
         for factor in (BEGUN, 1.0 / BEGUN)
     ]
     starts = [(wide, wide.vector({**values, **some}, {})) for some in far]
-    begun = problem.fits(starts, executor, steps=BEGUN_STEPS)
+    begun = problem.fits(starts, executor, steps=BEGUN_STEPS, secant=True)
     best = [nearest, *sorted(begun, key=lambda f: f.cost)[:TAKEN_ON]]
 
     def let_go(f: Fitted) -> Fitted | None:

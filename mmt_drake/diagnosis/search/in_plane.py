@@ -37,7 +37,7 @@ def per_axis_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
     if not _is_open(problem, hypothesis.nominal, fitted.model):
         return fitted
     other = replace(hypothesis, nominal=_with(hypothesis.nominal, "per_axis"))
-    alone = attempt(problem.fit, other, fitted.x, steps=steps)
+    alone = attempt(problem.fit, other, fitted.x, steps=steps, secant=True)
     return fitted if alone is None or fitted.cost <= alone.cost else alone
 
 

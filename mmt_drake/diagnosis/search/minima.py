@@ -60,7 +60,7 @@ def at_the_limit(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
             if law.name in effect.holds and shared and rest.admits(law):
                 limit = rest.adding(law)
                 start = limit.vector(structure, {**effects, law.name: known}, best.skew)
-                fitted = attempt(problem.fit, limit, start, steps=REFINING_STEPS)
+                fitted = attempt(problem.fit, limit, start, steps=REFINING_STEPS, secant=True)
                 others += [] if fitted is None else [per_axis_if_better(problem, fitted, REFINING_STEPS)]
     return best_of_each(others)
 
@@ -88,7 +88,7 @@ def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
     structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
     fewer = [best.hypothesis.without(name) for name in best.hypothesis.names]
     starts = [(h, h.vector(structure, effects, best.skew)) for h in fewer]
-    return problem.fits(starts, executor, steps=REFINING_STEPS)
+    return problem.fits(starts, executor, steps=REFINING_STEPS, secant=True)
 
 
 def random_restarts(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
@@ -127,10 +127,10 @@ def moved_about(
         before = [f.cost for f in best]
         numbers = range(turn * _MOVES, (turn + 1) * _MOVES)
         moved = [(f.hypothesis, f.hypothesis.moved(f.x, number)) for f in best for number in numbers]
-        begun = problem.fits(moved, executor, steps=_FIRST_STEPS, converged_at=SETTLED)
+        begun = problem.fits(moved, executor, steps=_FIRST_STEPS, converged_at=SETTLED, secant=True)
         least_of_each = [sorted((b for b in begun if b.hypothesis is f.hypothesis), key=lambda b: b.cost) for f in best]
         hopeful = [(b.hypothesis, b.x) for some in least_of_each for b in some[:_TAKEN_ON]]
-        again = problem.fits(hopeful, executor, steps=SETTLING_STEPS, converged_at=SETTLED)
+        again = problem.fits(hopeful, executor, steps=SETTLING_STEPS, converged_at=SETTLED, secant=True)
         best = [min([f, *(a for a in again if a.hypothesis is f.hypothesis)], key=lambda f: f.cost) for f in best]
         gained = any(f.cost < _BETTER * cost for f, cost in zip(best, before, strict=True))
         vain = 0 if gained else vain + 1

@@ -7,7 +7,8 @@ of turns where nothing turns) imitates any drift: it may rule out others, but no
 
 from collections.abc import Mapping, Sequence
 
-from mmt_drake.diagnosis.fit.problem import Fitted
+from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent
 from mmt_drake.diagnosis.search.minima import at_the_limit, prune, random_restarts, simplify, swap
 from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, screen
@@ -22,6 +23,8 @@ _SHARE = 0.5
 """Of the time that is left one more effect at once may take: a single one must leave time for two."""
 _RESTARTING = 0.1
 """Of the time that is left each search for another minimum may take, where there are many."""
+_TRUSTED, _CHANCE = 3, 0.2
+"""A further effect is sought where one of so many gained more than chance would with this probability."""
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
@@ -53,9 +56,9 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
                 parts = problem.eased(seeds[0])[:1]
                 first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
                 tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
-                screened = screen(setup, tries, kept=_FURTHER_KEPT, further=_FURTHER)
+                screened = screen(setup, tries, enough, kept=_FURTHER_KEPT, further=_FURTHER)
             else:
-                screened = screen(setup, tries)
+                screened = screen(setup, tries, enough)
             if not screened:
                 break
             if level == 0:
@@ -79,8 +82,9 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
             setup.watch.miss([f"sets of {level + 2} effects"])
             break
         found = [f for f in found if not absent(problem, f)] or found
-        seeds = _seeds(found, min(seed.cost for seed in seeds))
-        if not seeds:
+        before = min(seeds, key=lambda seed: seed.cost)
+        seeds = _seeds(found, before.cost)
+        if not seeds or _is_chance(problem, before, seeds[:_TRUSTED]):
             break
     return levels
 
@@ -89,6 +93,14 @@ def _seeds(found: Sequence[Fitted], before: float) -> list[Fitted]:
     """The fits that a further effect is added to: the best ones, if they gained anything worth while."""
     gain = before - found[0].cost
     return [f for f in found if before - f.cost > _WORTH * gain][:_MOST_SEEDS]
+
+
+def _is_chance(problem: Problem, before: Fitted, seeds: Sequence[Fitted]) -> bool:
+    """Whether chance would do as much as any of these did: then nothing is to be found beside one of them."""
+    numbers = problem.blocks()
+    noise = problem.samples() / len(numbers)
+    one, *others = (left_out(problem, problem.at(f.hypothesis, f.x)) for f in (before, *seeds))
+    return all(by_chance(numbers, one, other, noise) > _CHANCE for other in others)
 
 
 def _further(seeds: Sequence[Seed], starts: Mapping[str, Start]) -> list[Start]:

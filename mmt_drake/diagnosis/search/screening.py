@@ -24,10 +24,11 @@ _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
 _LOOK_STEPS, _HOPELESS = 6, 4.0
-"""Where one explains enough, what leaves this many times its variance after so many steps is not fitted in full."""
+"""Where one explains enough, what leaves this many times its variance after so many steps goes no further."""
 _FEW_STARTS = 4
 """Of what has more starts, so many are screened."""
-_WIDENED = 2
+_WIDENED, _ALIKE = 2, 0.01
+"""Of each set of effects so many go on to the whole problem; less apart than this part of it they are the same."""
 _FIRST = 2
 """A first answer is told when so many sets of effects have been fitted to all tracks."""
 _LOOKING, _SETTLING, _LEAST_SETTLED = 0.4, 0.5, 4
@@ -35,12 +36,15 @@ _LOOKING, _SETTLING, _LEAST_SETTLED = 0.4, 0.5, 4
 the better ones, best first; so many sets of effects go on whatever the time."""
 
 
-def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further: int = 1000) -> list[Screened]:
+def screen(
+    setup: SearchSetup, tries: Sequence[Start], enough: Enough = lambda _: False, *, kept: int = 1, further: int = 1000
+) -> list[Screened]:
     """Screen all starts, as long as there is time; of each set of effects the best from each origin, best first.
 
     Args:
         setup: of the search.
         tries: the starts.
+        enough: whether a fit leaves so little that what leaves much more is out.
         kept: how many starts of each set and origin go on; more where there are many, for there are many minima.
         further: how many go on to the whole problem; the others are left behind. All then look at the same part.
     """
@@ -74,8 +78,12 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
             if len(settled) >= _LEAST_SETTLED and watch.is_late():  # those that promise least are left
                 watch.miss(one.start.name for one in chosen if one.fitted.hypothesis.key not in settled)
                 break
-    best = [pair for pairs in settled.values() for pair in sorted(pairs, key=_cost)[:_WIDENED]]
-    fits = executor.map(Start.widened, *zip(*((start, problem, fit) for start, fit in best), strict=True))
+    best = sorted((pair for pairs in settled.values() for pair in _apart(pairs)), key=_cost)
+    most = math.inf
+    if best and (first := best[0][1]) is not None and enough(first):
+        most = _HOPELESS * first.cost
+
+    fits = executor.map(Start.widened, *zip(*((start, problem, fit, most) for start, fit in best), strict=True))
     again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
     for s in again:
         watch.saw(s.fitted.hypothesis.label, problem.left(s.fitted))
@@ -97,6 +105,15 @@ def _promising(tries: Sequence[Start], executor: Executor) -> list[Start]:
         starts.setdefault((tries[i].name, id(tries[i].seed)), []).append(i)
     turns = ([some[turn] for some in starts.values() if turn < len(some)] for turn in range(_FEW_STARTS))
     return [tries[i] for turn in turns for i in turn]
+
+
+def _apart(pairs: Sequence[tuple[Start, Fitted | None]]) -> list[tuple[Start, Fitted | None]]:
+    """The best ones of a set of effects that have not ended in the same minimum."""
+    kept: list[tuple[Start, Fitted | None]] = []
+    for pair in sorted(pairs, key=_cost):
+        if not kept or _cost(pair) > (1.0 + _ALIKE) * _cost(kept[-1]):
+            kept.append(pair)
+    return kept[:_WIDENED]
 
 
 def _cost(pair: tuple[Start, Fitted | None]) -> float:
@@ -148,5 +165,7 @@ def _all_fitted_on(setup: SearchSetup, fits: Sequence[Fitted], steps: int) -> li
 
 
 def _fitted_on(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
-    again = problem.fit(fitted.hypothesis, at_best_times(problem, fitted.hypothesis, fitted.x), steps=steps)
+    again = problem.fit(
+        fitted.hypothesis, at_best_times(problem, fitted.hypothesis, fitted.x), steps=steps, secant=True
+    )
     return per_axis_if_better(problem, again if again.cost <= fitted.cost else fitted, steps)

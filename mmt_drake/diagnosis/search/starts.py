@@ -17,7 +17,7 @@ from mmt_drake.effects.effect import Effect, Scales
 from mmt_drake.errors import attempt
 from mmt_drake.numeric.arrays import Array
 
-SCREENING_STEPS = 2
+SCREENING_STEPS = 3
 SETTLING_STEPS = 8
 SETTLED = 3e-3
 """Relative decrease of the sum of squares in a step below which a fit has settled, for the time being."""
@@ -49,7 +49,7 @@ class Seed:
     @classmethod
     def on_parts(cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0) -> list[Seed]:
         """A fit, to be screened on each of several parts; on each it may take some steps more."""
-        near = [part.fit(fitted.hypothesis, fitted.x, steps=steps) if steps else fitted for part in parts]
+        near = [part.fit(fitted.hypothesis, fitted.x, steps=steps, secant=True) if steps else fitted for part in parts]
         return [cls(fitted, part, part.at(one.hypothesis, one.x)) for part, one in zip(parts, near, strict=True)]
 
 
@@ -96,23 +96,28 @@ class Start:
     def settled(self, problem: Problem, screened: Fitted) -> Fitted | None:
         """More steps on the seed's part, then what that leaves of the whole problem; None as `screened`."""
         part = self.seed.part
-        found = attempt(part.fit, screened.hypothesis, screened.x, steps=SETTLING_STEPS, converged_at=SETTLED)
+        found = attempt(
+            part.fit, screened.hypothesis, screened.x, steps=SETTLING_STEPS, converged_at=SETTLED, secant=True
+        )
         if found is None or part is problem:
             return found
         return attempt(problem.unchanged, found.hypothesis, found.x)
 
-    def widened(self, problem: Problem, settled: Fitted | None) -> Fitted | None:
+    def widened(self, problem: Problem, settled: Fitted | None, most: float = math.inf) -> Fitted | None:
         """A few steps on the whole problem; anew from the seed if its part has led astray. None as `screened`.
 
         Friction of which nobody said whether it is a vector is both: laws that act along each axis by themselves have a
-        start over it otherwise, and it may be left behind for that alone.
+        start over it otherwise, and it may be left behind for that alone. What costs more than `most` is out and stays
+        as it is, unless it has lost what it was added to.
         """
+        if settled is not None and most < settled.cost <= self.seed.fitted.cost:
+            return settled
         found = self._on_all(problem, settled)
         return None if found is None else per_axis_if_better(problem, found, SETTLING_STEPS)
 
     def _on_all(self, problem: Problem, settled: Fitted | None) -> Fitted | None:
         if settled is not None and self.seed.part is not problem:
-            settled = problem.fit(settled.hypothesis, settled.x, steps=SECOND_STEPS)
+            settled = problem.fit(settled.hypothesis, settled.x, steps=SECOND_STEPS, secant=True)
         if settled is not None and settled.cost <= self.seed.fitted.cost:
             return settled
         anew = self._fitted(problem, self.seed.fitted, SECOND_STEPS)
@@ -120,7 +125,8 @@ class Start:
 
     def _fitted(self, problem: Problem, base: Fitted, steps: int) -> Fitted | None:
         hypothesis, start, known = self._begin(base)
-        return attempt(problem.fit, hypothesis, self._sized(problem, base, hypothesis, start), steps=steps, known=known)
+        x = self._sized(problem, base, hypothesis, start)
+        return attempt(problem.fit, hypothesis, x, steps=steps, known=known, secant=True)
 
     def _sized(self, problem: Problem, base: Fitted, hypothesis: Hypothesis, start: Array) -> Array:
         """The start, or the part of the way to it from no effect at all that fits best, if it fits worse than the base.
