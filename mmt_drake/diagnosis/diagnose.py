@@ -29,7 +29,7 @@ from mmt_drake.diagnosis.on_surface import BEST, PARAMETERS, SurfaceSession
 from mmt_drake.diagnosis.on_surface import STAGES as SURFACE_STAGES
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.in_plane import said
-from mmt_drake.diagnosis.search.learn import tables, worth_while
+from mmt_drake.diagnosis.search.learn import other_curves, tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
@@ -269,8 +269,10 @@ class _Session:
         if verdict == "unexplained":
             return None
         ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]
-        verdict = verdict if sure else "ambiguous"
-        return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked)
+        if not sure:
+            return replace(nothing, verdict="ambiguous", best=best, shares=shares, ranked=ranked)
+        bent = other_curves(standard.problem, best, self.executor) if standard.left(best) > TRY_MORE else frozenset()
+        return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked, bent=bent)
 
     def _shares(self, ruler: Ruler, best: Fitted, fits: Sequence[Fitted] = ()) -> tuple[BudgetPart, ...]:
         """The budget of a delivered fit, given others: of these those with one of its effects less are used."""

@@ -10,7 +10,7 @@ import pytest
 from residual_samples import PLAIN, leaving, strokes
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.search.learn import Learned, tables, worth_while
+from mmt_drake.diagnosis.search.learn import Learned, other_curves, tables, worth_while
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.effects import LIBRARY
 
@@ -51,6 +51,22 @@ def test_a_table_over_velocity_with_the_damper_beside_it_is_the_law_within_its_i
     error = value + damper * v - DRAG * v * np.abs(v)
     assert np.mean(np.abs(error) <= table.half_width) >= 0.9
     assert np.abs(error).max() < 0.1 * DRAG * np.abs(v).max() ** 2
+
+
+@pytest.mark.parametrize(
+    ("hidden", "values", "bent"),
+    [
+        ("quadratic_drag", {"c": DRAG}, set()),
+        ("smooth_coulomb_friction", {"Fc": FC, "v_s": 0.05}, {"quadratic_drag"}),
+        ("stiffness_drift", {"rate": 0.02}, set()),  # what is left depends on something else
+    ],
+)
+def test_a_law_beside_which_a_curve_over_its_own_signal_says_more_may_be_another_one(hidden, values, bent):
+    problem, _, _ = learned(hidden, **values)
+    hypothesis = PLAIN.adding(LIBRARY["quadratic_drag"])
+    best = problem.fit(hypothesis, hypothesis.vector({}, {"quadratic_drag": {"c": DRAG}}))
+    with ThreadPoolExecutor(1) as executor:
+        assert other_curves(problem, best, executor) == bent
 
 
 def test_a_table_with_a_value_that_nothing_tells_is_written_without_intervals():

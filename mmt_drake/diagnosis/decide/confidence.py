@@ -186,8 +186,8 @@ def beside_the_nameless(depth: Depth | None, share: float, nameless: float, may_
         depth: that all explanations share.
         share: of the effect in the budget.
         nameless: of what nobody has named.
-        may_be_all: whether a law that nobody has named may be all of the effect: the interval of its number then
-            reaches the value at which it does nothing.
+        may_be_all: whether a law that nobody has named may be all of the effect: the interval of its number reaches
+            the value at which it does nothing, or a free curve over what it depends on says clearly more.
     """
     return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
 

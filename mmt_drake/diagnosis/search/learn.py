@@ -20,6 +20,11 @@ from mmt_drake.numeric.least_squares import minimise
 
 WORTH = 0.25
 """A table is kept if it takes this share off the variance that is left on held-out data."""
+OTHER, UNLIKELY = 0.1, 0.05
+"""A law may be another one than was fitted if a free curve over what it depends on takes this share, and chance would
+do that with less than this probability."""
+_DEPENDS_ON = {"contact_stiffness": "deflection", "dry_friction": "sliding_velocity", "viscous": "sliding_velocity"}
+"""Family of laws that are a curve over one signal -> that signal."""
 SIGNIFICANT = 0.01
 _STEPS = 4
 _RIDGE = 0.05  # of the residual's strength: what pulls the second differences of a table to 0
@@ -60,13 +65,38 @@ def tables(problem: Problem, refit: Fitted, executor: Executor) -> list[Learned]
     return sorted((table for table in found if table is not None), key=lambda table: table.fitted.cost)
 
 
-def worth_while(problem: Problem, refit: Fitted, learned: Sequence[Learned]) -> Learned | None:
+def other_curves(problem: Problem, best: Fitted, executor: Executor) -> frozenset[str]:
+    """Effects of a fit beside which a free curve over the signal that they depend on explains some of what is left.
+
+    Their law then may be another one of the family.
+
+    Args:
+        problem: the recordings on the clock of the verdict.
+        best: the fit.
+        executor: learns the curves.
+    """
+    signals = {_DEPENDS_ON.get(effect.family) for effect in best.hypothesis.effects if effect.axis != "z"}
+    found = [*table_signals(problem, best.model, [of for of in SIGNALS if of in signals])]
+    curves = executor.map(_learned, *zip(*((problem, best, *signal) for signal in found), strict=True)) if found else ()
+    better = {
+        of
+        for (of, _), curve in zip(found, curves, strict=True)
+        if curve is not None and worth_while(problem, best, [curve], OTHER, UNLIKELY) is not None
+    }
+    return frozenset(e.name for e in best.hypothesis.effects if _DEPENDS_ON.get(e.family) in better)
+
+
+def worth_while(
+    problem: Problem, refit: Fitted, learned: Sequence[Learned], share: float = WORTH, significant: float = SIGNIFICANT
+) -> Learned | None:
     """The best table, the parameters fitted again beside it; None where it is not worth while on held-out data.
 
     Args:
         problem: the recordings on the clock of the verdict.
         refit: the fit without a table, to that.
         learned: best first.
+        share: of the variance that is left on held-out data, to be taken off.
+        significant: chance must be less likely to do that.
     """
     if not learned:
         return None
@@ -74,7 +104,7 @@ def worth_while(problem: Problem, refit: Fitted, learned: Sequence[Learned]) -> 
     if fitted is None:
         return None
     before, after = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (refit, fitted))
-    if after > (1.0 - WORTH) * before or chance(problem, refit, fitted, len(learned)) > SIGNIFICANT:
+    if after > (1.0 - share) * before or chance(problem, refit, fitted, len(learned)) > significant:
         return None
     return replace(learned[0], fitted=fitted)
 

@@ -96,6 +96,7 @@ class Judgement:
         learned: the table that is delivered beside it, for what has no name.
         shapes: all the tables that were learned.
         untried: what there was no time for.
+        bent: effects that depend on a signal in another way than their law says.
     """
 
     verdict: Verdict
@@ -110,6 +111,7 @@ class Judgement:
     learned: Learned | None = None
     shapes: Sequence[Learned] = ()
     untried: tuple[str, ...] = ()
+    bent: frozenset[str] = frozenset()
 
     @property
     def named(self) -> Fitted | None:
@@ -149,10 +151,11 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         nameless = share.get("nameless", 0.0)
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
         may_be_nothing = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
+        may_be_other = may_be_nothing | judgement.bent
         depths = {
             e.name: beside_the_untried(
                 beside_its_kin(
-                    beside_the_nameless(believed.depth(e), share.get(e.name, 0.0), nameless, e.name in may_be_nothing),
+                    beside_the_nameless(believed.depth(e), share.get(e.name, 0.0), nameless, e.name in may_be_other),
                     e,
                     named.hypothesis.effects,
                 ),
