@@ -214,14 +214,21 @@ def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fit
     [
         ("law", 0.039, "law"),
         ("law", 0.041, "family"),
-        ("family", 0.3, "family"),
+        ("family", 0.19, "family"),
+        ("family", 0.21, "block"),
+        ("law", 0.21, "block"),
         ("block", 0.3, "block"),
         (None, 0, None),
+        (None, 0.3, None),
     ],
 )
-def test_a_law_is_sure_only_beside_little_that_has_no_name(depth, nameless: float, said) -> None:
+def test_a_law_is_sure_only_beside_little_that_has_no_name_and_a_family_beside_no_more_than_half(
+    depth, nameless: float, said
+) -> None:
     assert beside_the_nameless(depth, 0.4, nameless, may_be_all=False) == said
-    assert beside_the_nameless(depth, 0.4, nameless, may_be_all=True) == ("family" if depth == "law" else depth)
+    assert beside_the_nameless(depth, 0.4, nameless, may_be_all=True) == ("family" if said == "law" else said)
+    if nameless < 0.3:  # what it takes together with the parameters counts for its family
+        assert beside_the_nameless(depth, 0.4, nameless, may_be_all=True, shared=0.2) != "block" or depth == "block"
 
 
 @pytest.mark.parametrize(

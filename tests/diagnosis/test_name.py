@@ -182,6 +182,14 @@ def test_where_only_noise_is_left_nothing_is_gained():
     assert found.levels[0][0].cost > 0.95 * found.base.cost
 
 
+def test_no_pair_is_sought_where_chance_does_as_much_as_any_single_effect():
+    problem, base, scales = fitted_base()
+    with ThreadPoolExecutor(1) as executor:
+        setup = SearchSetup(problem, SOME, scales, executor, Watch())
+        levels = search(setup, base, enough=lambda _: False)
+    assert len(levels) == 1 and not setup.watch.missed
+
+
 def test_threads_change_nothing():
     one, two = (searched(BIAS, library=SOME[:2], threads=threads, most=1) for threads in (1, 2))
     for a, b in zip(one.levels[0], two.levels[0], strict=True):

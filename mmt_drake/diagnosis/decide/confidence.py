@@ -32,6 +32,9 @@ MOST_NAMELESS = 0.1
 """A law is sure only if what nobody has named is no more than this part of it: what has no name may itself be a law
 that is not in the library, of which the one found draws the most."""
 
+MOST_BESIDE_A_FAMILY = 0.5
+"""A family is sure only if it is no more than this part of it: what is left may be the better half of another one."""
+
 _RIVALS = 2
 """Sets that are compared at each depth: which of them is the better one may show on the accurate clock alone."""
 
@@ -179,7 +182,9 @@ def sifted(
     return standing, members, alike
 
 
-def beside_the_nameless(depth: Depth | None, share: float, nameless: float, may_be_all: bool) -> Depth | None:
+def beside_the_nameless(
+    depth: Depth | None, share: float, nameless: float, may_be_all: bool, shared: float = 0.0
+) -> Depth | None:
     """How deep a name holds beside what nobody has named.
 
     Args:
@@ -188,7 +193,10 @@ def beside_the_nameless(depth: Depth | None, share: float, nameless: float, may_
         nameless: of what nobody has named.
         may_be_all: whether a law that nobody has named may be all of the effect: the interval of its number reaches
             the value at which it does nothing, or a free curve over what it depends on says clearly more.
+        shared: what the effect and the parameters take together, in the budget.
     """
+    if depth is not None and nameless > MOST_BESIDE_A_FAMILY * (share + shared):
+        return "block"
     return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
 
 

@@ -155,7 +155,13 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         depths = {
             e.name: beside_the_untried(
                 beside_its_kin(
-                    beside_the_nameless(believed.depth(e), share.get(e.name, 0.0), nameless, e.name in may_be_other),
+                    beside_the_nameless(
+                        believed.depth(e),
+                        share.get(e.name, 0.0),
+                        nameless,
+                        e.name in may_be_other,
+                        share.get("shared", 0.0),
+                    ),
                     e,
                     named.hypothesis.effects,
                 ),
