@@ -99,8 +99,8 @@ class OwnFile:
 def look(path: str | Path) -> OwnFile:
     """Look at a file.
 
-    Its columns are known by their names or guessed by them and their units; units by the header, or else by what is plausible; the sign
-    of forces by what an object that takes work would answer.
+    Its columns are known by their names or guessed by them and their units; units by the header, or else by what is
+    plausible; the sign of forces by what an object that takes work would answer.
 
     Raises:
         BadInput: no such file, or one that no mapping can make a recording of.
@@ -133,8 +133,8 @@ def look(path: str | Path) -> OwnFile:
             [f"The file tells no unit of {', '.join(silent)}: SI, or what is plausible, is assumed."] if silent else []
         )
         return _with_sign(path, columns, headers, remarks, recording)
-    known = "It does not read as a recording so: " + ("no column is known by its name or unit" if not named else str(refusal))
-    return OwnFile(path, ColumnMap(entries), headers, (known,))
+    why = str(refusal) if named else "no column is known by its name or unit"
+    return OwnFile(path, ColumnMap(entries), headers, (f"It does not read as a recording so: {why}",))
 
 
 def _kind(name: str) -> str:

@@ -1,4 +1,4 @@
-"""What the columns of a file of one's own may be, by name and unit: a guess, to be offered and never taken by itself."""
+"""What the columns of a file of one's own may be, by name and unit: a guess, to be offered, never taken by itself."""
 
 import re
 from collections.abc import Sequence

@@ -213,3 +213,9 @@ def test_the_only_column_in_a_unit_is_guessed_by_it_where_no_name_is_known() -> 
 
 def test_an_entry_tells_sign_column_and_unit() -> None:
     assert entry("force", "Kraft [N]", reverse=True) == "-Kraft [N]:N"
+
+
+@pytest.mark.parametrize("entry", ["t:N", "t:furlong", "", "-"])
+def test_a_refused_entry_says_where_the_documents_say_more(entry: str) -> None:
+    with pytest.raises(BadInput, match=r"expected .+ \(docs/files\.md\)$"):
+        ColumnMap({"time": entry})
