@@ -11,6 +11,7 @@ Exit status: 0 done, 2 bad input (one line says which), 130 interrupted.
 `mmt-drake COMMAND --help` has examples for each command.
 """
 
+import _thread
 import argparse
 import atexit
 import gc
@@ -19,6 +20,7 @@ import io
 import os
 import shlex
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple, NoReturn
@@ -137,7 +139,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         except SystemExit as done:  # after --help and --version
             sys.stdout.flush()
             return int(done.code or 0)
-        with _own_code_named():
+        with _interrupts_kept(), _own_code_named():
             status = int(parsed.main(parsed))
         sys.stdout.flush()
         return status
@@ -170,6 +172,25 @@ def _complete() -> None:
 
     chosen = next((word for word in os.environ.get("COMP_LINE", "").split()[1:] if word in COMMANDS), None)
     argcomplete.autocomplete(parser(chosen))
+
+
+@contextmanager
+def _interrupts_kept() -> Iterator[None]:
+    """Let Ctrl-C come again where it was lost: LLVM calls Python while it compiles, and drops what is raised there."""
+    before = sys.unraisablehook
+
+    def told(lost: Any) -> None:
+        if lost.exc_type is not KeyboardInterrupt or threading.current_thread() is not threading.main_thread():
+            return before(lost)
+        again = threading.Timer(0.02, _thread.interrupt_main)  # out of the call that has just dropped it
+        again.daemon = True
+        again.start()
+
+    sys.unraisablehook = told
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from mmt_drake.cli import hardware, two_sides
 from mmt_drake.cli.main import INTERRUPTED
 from mmt_drake.cli.options import reading
 from mmt_drake.cli.output import RunFigure, print_json, say
-from mmt_drake.cli.progress import progress
+from mmt_drake.cli.progress import progress, working
 from mmt_drake.cli.run_options import SLIDERS
 from mmt_drake.cli.run_summary import RunSummary, figures, further, tried
 from mmt_drake.errors import BadInput
@@ -65,17 +65,18 @@ def run(arguments: argparse.Namespace) -> int:
         devices = hardware.open_devices(opened, arguments, scenario)
         hand, arm = devices.hand, devices.arm
         build = build_station if whole else two_sides.builder(arguments)
-        station = build(
-            scenario,
-            record=native,
-            operator=replayed,
-            meshcat=meshcat,
-            worker=paced,  # in real time, what takes long is done beside the clock
-            devices=devices,
-            pace=pace,
-            tell=console.tell,
-            command=arguments.command_line,
-        )
+        with working(f"{scenario.name}: getting ready (a first run compiles for minutes)"):
+            station = build(
+                scenario,
+                record=native,
+                operator=replayed,
+                meshcat=meshcat,
+                worker=paced,  # in real time, what takes long is done beside the clock
+                devices=devices,
+                pace=pace,
+                tell=console.tell,
+                command=arguments.command_line,
+            )
         assert station.recorder is not None  # it was asked for
         file = station.recorder.file
         start = time.perf_counter()

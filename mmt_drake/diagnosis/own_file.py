@@ -73,7 +73,9 @@ class OwnFile:
         lines += [yaml.safe_dump({name: known[name]}, allow_unicode=True).strip() for name in known]
         if self.recording is None:
             names = ("time", "position", "force") if "input" not in known else ("time", "input", "output")
-            lines += [f"# {name}: COLUMN:UNIT" for name in names if name not in known and f"{name}_x" not in known]
+            missing = [name for name in names if name not in known and f"{name}_x" not in known]
+            lines += [f"# {name}: COLUMN:UNIT" for name in missing]
+            lines += ["# Of three axes: position_x, _y, _z and force_x, _y, _z."] if "position" in missing else []
         read = {value.lstrip("-") for value in known.values()}
         unread = [h for h in self.headers if not any(value == h or value.startswith(f"{h}:") for value in read)]
         lines += [f"# not read: {', '.join(unread)}"] if unread else []
@@ -97,8 +99,8 @@ class OwnFile:
 def look(path: str | Path) -> OwnFile:
     """Look at a file.
 
-    Its columns are known by their names or guessed by them; units by the header, or else by what is plausible; the sign
-    of forces by what an object that takes work would answer.
+    Its columns are known by their names or guessed by them and their units; units by the header, or else by what is
+    plausible; the sign of forces by what an object that takes work would answer.
 
     Raises:
         BadInput: no such file, or one that no mapping can make a recording of.
@@ -131,8 +133,8 @@ def look(path: str | Path) -> OwnFile:
             [f"The file tells no unit of {', '.join(silent)}: SI, or what is plausible, is assumed."] if silent else []
         )
         return _with_sign(path, columns, headers, remarks, recording)
-    known = "It does not read as a recording so: " + ("no column is known by its name" if not named else str(refusal))
-    return OwnFile(path, ColumnMap(entries), headers, (known,))
+    why = str(refusal) if named else "no column is known by its name or unit"
+    return OwnFile(path, ColumnMap(entries), headers, (f"It does not read as a recording so: {why}",))
 
 
 def _kind(name: str) -> str:

@@ -19,6 +19,8 @@ for _signal in SIGNALS:
     for _column in _signal.columns:
         _known = _ONE_AXIS if _signal.quantity == "number" else _UNITS
         _TARGETS[_column] = _known.get(_column if _signal.quantity == "number" else _signal.quantity, _ANY)
+_MORE = " (docs/files.md)"
+"""Where refusals say that the reader finds more."""
 
 
 @dataclass(frozen=True)
@@ -58,13 +60,13 @@ class ColumnMap:
         for name, entry in self.entries.items():
             if name not in _TARGETS:
                 expected = f"a column of a recording{suggest(name, _TARGETS) or ': time, ' + ', '.join(signal_names())}"
-                raise BadInput("--map", at=f"{name}={entry}", found=repr(name), expected=expected)
+                raise BadInput("--map", at=f"{name}={entry}", found=repr(name), expected=expected + _MORE)
             column, unit, _ = _parts(entry)
             if not column:
-                raise BadInput("--map", at=f"{name}={entry}", found="no column", expected=f"{name}=COLUMN:UNIT")
+                raise BadInput("--map", at=f"{name}={entry}", found="no column", expected=f"{name}=COLUMN:UNIT{_MORE}")
             if column in columns:
                 found = f"column {column!r} for {columns[column]} and for {name}"
-                raise BadInput("--map", at=f"{name}={entry}", found=found, expected="each column once")
+                raise BadInput("--map", at=f"{name}={entry}", found=found, expected="each column once" + _MORE)
             columns[column] = name
             if unit is not None:
                 _converted(name, unit, f"--map {name}={entry}")
@@ -89,7 +91,7 @@ class ColumnMap:
             for key, value in own.items():
                 if key in entries:
                     found = f"{key} twice: {entries[key]!r} and {value!r}"
-                    raise BadInput("--map", at=key, found=found, expected="each name once")
+                    raise BadInput("--map", at=key, found=found, expected="each name once" + _MORE)
                 entries[key] = value
         return cls(entries, axis)
 
@@ -136,12 +138,14 @@ class ColumnMap:
         fitting = [column] if column in headers else [header for header in headers if split(header)[0] == column]
         if len(fitting) != 1:
             found = f"{len(fitting)} columns {column!r}" if fitting else f"no column {column!r}"
-            expected = f"one of {', '.join(headers)}"
+            expected = f"one of {', '.join(headers)}{_MORE}"
             raise BadInput(source, at=f"--map {name}={entry}", found=found, expected=expected)
         told = split(fitting[0])[1]
         if unit is not None and told is not None and fitting[0][-1] in ")]" and in_si(unit) != in_si(told):
             found = f"unit {unit} of column {fitting[0]!r}"
-            raise BadInput(source, at=f"--map {name}={entry}", found=found, expected=f"{told}, as its header says")
+            raise BadInput(
+                source, at=f"--map {name}={entry}", found=found, expected=f"{told}, as its header says{_MORE}"
+            )
         if unit is None:
             return _with_unit(name, fitting[0], told, source, sign)
         si, factor = _converted(name, unit, f"--map {name}={entry}")
@@ -186,7 +190,7 @@ def _converted(name: str, unit: str, source: str) -> tuple[str, float]:
     found = in_si(unit)
     if found is None or (allowed and found[0] not in allowed):
         fitting = (written for si in allowed or ("m", "rad", "N", "N m", "V", "A") for written in known(si))
-        raise BadInput(source, found=f"unit {unit!r}", expected=f"a unit of {name}: {', '.join(fitting)}")
+        raise BadInput(source, found=f"unit {unit!r}", expected=f"a unit of {name}: {', '.join(fitting)}{_MORE}")
     return found
 
 
@@ -212,8 +216,10 @@ def _along(found: Sequence[Taken], axis: str, headers: Sequence[str], source: st
 def _read(path: str) -> dict[str, str]:
     """The entries of a file."""
     if not re.search(r"\.ya?ml$", path):
-        raise BadInput("--map", found=repr(path), expected="NAME=COLUMN:UNIT, or a .yaml file of such lines")
+        raise BadInput("--map", found=repr(path), expected="NAME=COLUMN:UNIT, or a .yaml file of such lines" + _MORE)
     data = parse(read_text(path, "a mapping of columns (YAML)"), path)
     if not isinstance(data, dict) or not all(isinstance(value, str) for value in data.values()):
-        raise BadInput(Path(path), found=type(data).__name__, expected="lines NAME: COLUMN:UNIT, as `init` writes")
+        raise BadInput(
+            Path(path), found=type(data).__name__, expected="lines NAME: COLUMN:UNIT, as `init` writes" + _MORE
+        )
     return {str(key): value for key, value in data.items()}

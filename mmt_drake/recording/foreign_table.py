@@ -1,11 +1,11 @@
-"""What the columns of a file of one's own may be, by their names: a guess, to be offered and never taken by itself."""
+"""What the columns of a file of one's own may be, by name and unit: a guess, to be offered, never taken by itself."""
 
 import re
 from collections.abc import Sequence
 
 from mmt_drake.recording.column_map import offered
 from mmt_drake.recording.signals import AXES
-from mmt_drake.recording.units import split
+from mmt_drake.recording.units import in_si, split
 
 _WORDS = {
     "time": "time t timestamp zeit clock seconds sec ms",
@@ -15,6 +15,8 @@ _WORDS = {
     "input": "input u command cmd voltage current torque tau duty effort i motor",
     "output": "output y angle q phi encoder joint",
 }
+_SI = {"time": "s", "position": "m", "force": "N", "velocity": "m/s"}
+"""The only column in such a unit is taken for one if none has its name."""
 
 
 def guessed(headers: Sequence[str]) -> dict[str, str]:
@@ -24,8 +26,9 @@ def guessed(headers: Sequence[str]) -> dict[str, str]:
 
     def take(name: str, word: str, axis: str = "") -> None:
         fitting = [header for header in left if _fits(header, word, axis)]
-        if fitting:
-            found[name] = min(fitting, key=lambda header: len(_plain(header)))
+        measured = [header for header in left if _measures(header, word, axis)]
+        if fitting or len(measured) == 1:
+            found[name] = min(fitting or measured, key=lambda header: len(_plain(header)))
             left.remove(found[name])
 
     take("time", "time")
@@ -38,7 +41,8 @@ def guessed(headers: Sequence[str]) -> dict[str, str]:
         return found  # three axes of motion, no force
     left = [header for header in headers if header != found.get("time")]
     found = {name: header for name, header in found.items() if name == "time"}
-    take("force", "force")
+    if any(_fits(header, "force", "") for header in left) or not any(_fits(header, "input", "") for header in left):
+        take("force", "force")
     if "force" in found:
         for name in ("velocity", "position"):
             take(name, name)
@@ -77,3 +81,10 @@ def _fits(header: str, word: str, axis: str) -> bool:
         return True
     base = plain.removesuffix(axis).rstrip("_")
     return plain.endswith(axis) and base != plain and any(part in words for part in base.split("_"))
+
+
+def _measures(header: str, word: str, axis: str) -> bool:
+    """Whether a header tells the unit of a word, and the axis if one is asked for."""
+    unit = split(header)[1]
+    fits = unit is not None and word in _SI and (in_si(unit) or ("",))[0] == _SI[word]
+    return fits and (not axis or _plain(header).split("_")[-1] == axis)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +67,14 @@ class Recording:
 
     def __contains__(self, name: str) -> bool:
         return name in self.columns
+
+    def __iter__(self) -> NoReturn:
+        """It is no list of its columns, nor of itself.
+
+        Raises:
+            TypeError: always; without it Python would ask for a column called 0.
+        """
+        raise TypeError("one recording, where several are expected: put it into a list, [recording]")
 
     def __getitem__(self, name: str) -> Array:
         """One column, (n,).

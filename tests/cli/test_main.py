@@ -1,9 +1,11 @@
 """The program itself: help, version, exit status, pipes, Ctrl-C, a wheel without the checkout."""
 
 import argparse
+import ctypes
 import io
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -106,6 +108,23 @@ def test_ctrl_c_ends_a_command_with_130(monkeypatch: pytest.MonkeyPatch, capsys:
         command(monkeypatch, error)
         assert main(["effects"]) == 130
         assert capsys.readouterr().err == "mmt-drake: interrupted\n"
+
+
+def test_ctrl_c_that_a_compiler_s_call_into_python_drops_ends_the_command_all_the_same(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def compile_and_go_on(arguments: argparse.Namespace) -> int:
+        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()  # as LLVM's cache of objects does
+        time.sleep(5.0)
+        return 0
+
+    monkeypatch.setattr("mmt_drake.cli.effects.main", compile_and_go_on)
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)  # who started the tests may ignore it
+    try:
+        assert main(["effects"]) == 130
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    assert capsys.readouterr().err == "mmt-drake: interrupted\n"
 
 
 def test_a_reader_that_has_seen_enough_is_no_error() -> None:

@@ -81,6 +81,7 @@ def test_init_of_columns_that_nobody_knows_leaves_a_form_to_fill_in(program: Pro
     assert done.status == 0 and "Fill in" in done.out
     text = (tmp_path / "odd.map.yaml").read_text()
     assert "# time: COLUMN:UNIT" in text and "# not read: aa, bb, cc" in text
+    assert "# Of three axes: position_x, _y, _z and force_x, _y, _z." in text
 
 
 @pytest.mark.parametrize(

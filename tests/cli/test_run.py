@@ -1,5 +1,6 @@
 """`run`: the summary is what the recording says, whatever the hand, the form of the recording, or how the run ends."""
 
+import io
 import json
 import os
 import signal
@@ -18,6 +19,7 @@ from cli_samples import TIME, Program, good, write_bag
 
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.passivity import passivity
+from mmt_drake.cli.main import main
 from mmt_drake.effects import LIBRARY
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.recording import Recording, load, save
@@ -217,3 +219,14 @@ def test_an_effect_of_the_user_s_own_acts_in_a_plant(tmp_path: Path, program: Pr
     finally:
         LIBRARY.pop("quintic_stiffness", None)
     assert np.abs(forces[1] - forces[0]).max() > 0.1
+
+
+def test_on_a_terminal_it_says_at_once_that_it_gets_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    assert main(["run", "setup1", "--seconds", "0.1"]) == 0
+    assert "setup1: getting ready" in screen.getvalue().partition("of 0.1 s")[0], "before the first step"

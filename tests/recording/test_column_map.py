@@ -200,4 +200,22 @@ def test_names_that_people_use_are_guessed_and_nothing_else() -> None:
     assert three["position_z"] == "z" and three["force_x"] == "fx" and len(three) == 7
     assert guessed(["t", "motor_current_A", "q_deg"]) == {"time": "t", "input": "motor_current_A", "output": "q_deg"}
     assert guessed(["a", "b"]) == {}
+
+
+def test_the_only_column_in_a_unit_is_guessed_by_it_where_no_name_is_known() -> None:
+    one = guessed(["Stamp [s]", "Schlitten (mm)", "Last [kN]", "Raum [K]"])
+    assert one == {"time": "Stamp [s]", "position": "Schlitten (mm)", "force": "Last [kN]"}
+    three = guessed(["Stamp [s]", *(f"tip {axis} [mm]" for axis in "XYZ"), *(f"F{axis} [N]" for axis in "xyz")])
+    assert three["position_z"] == "tip Z [mm]" and three["force_x"] == "Fx [N]" and len(three) == 7
+    assert guessed(["t", "upper [mm]", "lower [mm]"]) == {"time": "t"}, "two of a unit"
+    assert guessed(["t", "command [N]", "q [mm]"]) == {"time": "t", "input": "command [N]", "output": "q [mm]"}
+
+
+def test_an_entry_tells_sign_column_and_unit() -> None:
     assert entry("force", "Kraft [N]", reverse=True) == "-Kraft [N]:N"
+
+
+@pytest.mark.parametrize("entry", ["t:N", "t:furlong", "", "-"])
+def test_a_refused_entry_says_where_the_documents_say_more(entry: str) -> None:
+    with pytest.raises(BadInput, match=r"expected .+ \(docs/files\.md\)$"):
+        ColumnMap({"time": entry})

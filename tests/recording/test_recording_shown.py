@@ -64,3 +64,8 @@ def test_channels_of_an_mcap_file_name_their_columns_and_units(tmp_path) -> None
     assert told["/estimator/theta"]["columns"].startswith("theta_m, theta_k1, theta_k2")
     assert told["/estimator/theta"]["units"].startswith("kg, N/m, N/m")
     assert told["/telerobot/wrench"] == {"columns": "force_x, force_y, force_z", "units": "N, N, N"}
+
+
+def test_one_recording_where_several_are_expected_is_told_so() -> None:
+    with pytest.raises(TypeError, match=r"put it into a list, \[recording\]"):
+        list(WHOLE)  # type: ignore[call-overload]

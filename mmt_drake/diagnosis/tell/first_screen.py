@@ -76,7 +76,8 @@ def _errors(d: Diagnosis) -> Iterable[str]:
     if d.fit is None or (handed_in := d.fit.heldout_nrmse.nominal) is None:
         return
     fit, errors, nominal = d.fit, d.fit.heldout_nrmse, rms_words(d.fit, handed_in)
-    told = f"On stretches that no fit has seen, the model handed in is off by {nominal}"
+    which = "the model handed in" if d.first_model is None else "the first model"
+    told = f"On stretches that no fit has seen, {which} is off by {nominal}"
     if d.verdict != "no_mismatch" and errors.augmented is not None and d.effects:
         told += f", with {listed(_called(effect) for effect in d.effects)} by {rms_words(fit, errors.augmented)}"
     elif d.verdict != "no_mismatch" and errors.refit is not None:

@@ -238,7 +238,9 @@ def _in_words(rivals: Sequence[Fitted], best: TriedMotion | None, now: Separatio
     sets = dict.fromkeys(rival.hypothesis.names for rival in rivals)
     names = " and ".join(words(" with ".join(some) or "no effect") for some in sets)
     if best is None:
-        most = f" ({words(tried[0].plan.name)} comes closest, with {tried[0].separation.noises:.2g})" if tried else ""
+        most = ""
+        if tried and (left := tried[0].separation.noises) >= 0.001:  # below that the figure says nothing
+            most = f" ({words(tried[0].plan.name)} comes closest, with {left:.2g} times the noise)"
         return (
             f"None of the {len(tried)} motions that were tried in simulation tells {names} apart: the wrong one "
             f"leaves too little beyond the noise{most}. Measure something else, or with less noise."
