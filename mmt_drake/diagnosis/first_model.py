@@ -163,10 +163,10 @@ class _Search:
         fine = replace(prepared.fine, coarse=1.0, tracks=with_floors(prepared.fine.tracks, minima[0].model))
         nominal = _with_friction_said(fine, minima[0], prepared.skew)
         minima = self._fitted(fine, [(replace(f.hypothesis, nominal=nominal), f.x) for f in minima])
-        ci = _hull(fine, minima)
+        ci = _hull(fine, minima, self.executor)
         best = _simplest(fine, minima[0], ci)
         if best is not minima[0]:
-            ci |= {s: _joined(ci[s], own) for s, own in _hull(fine, [best]).items()}
+            ci |= {s: _joined(ci[s], own) for s, own in _hull(fine, [best], self.executor).items()}
         model = cast(Model, best.model)
         if isinstance(model, FlexibleBoxModel) and set(NORMAL) <= set(fine.unseen):
             model = replace(model, normal=NormalContact(0.0, 0.0))
@@ -218,14 +218,16 @@ def _about(best: Fitted) -> Model:
     return cast(Model, replace(nominal.with_parameters(**found), window_s=None, initial="rest"))
 
 
-def _hull(problem: Problem, fits: Sequence[Fitted]) -> dict[str, Interval]:
-    """Of each number of the structure the 95 % interval, over all of these fits."""
+def _hull(problem: Problem, fits: Sequence[Fitted], executor: Executor) -> dict[str, Interval]:
+    """Of each number of the structure the 95 % interval, over all of these fits; alike ones are known alike well."""
+    apart = _distinct(fits)
+    known = list(zip(apart, executor.map(intervals, [problem] * len(apart), apart), strict=True))
     hull: dict[str, Interval] = {}
     for fitted in fits:
+        like, known_to = next((other, spans) for other, spans in known if other is fitted or _alike(fitted, other))
         free = fitted.hypothesis.free_parameters(fitted.x)
-        for parameter, x, own in zip(free, fitted.x, intervals(problem, fitted), strict=True):
-            value, (low, high) = float(x), own
-            own = (value + WIDER * (low - value), value + WIDER * (high - value))
+        for parameter, x, x_like, (low, high) in zip(free, fitted.x, like.x, known_to, strict=True):
+            own = float(x) + WIDER * (low - float(x_like)), float(x) + WIDER * (high - float(x_like))
             hull[parameter.symbol] = _joined(hull.get(parameter.symbol, own), own)
     return hull
 
@@ -271,10 +273,13 @@ def _distinct(fits: Sequence[Fitted]) -> list[Fitted]:
     """Fits without those whose numbers are all within a tenth of those of one before them."""
     kept: list[Fitted] = []
     for fitted in fits:
-        scale = fitted.hypothesis.limits(fitted.x)[2]
-        if all(np.max(np.abs(fitted.x - other.x) / scale) > _APART for other in kept):
+        if not any(_alike(fitted, other) for other in kept):
             kept.append(fitted)
     return kept
+
+
+def _alike(one: Fitted, other: Fitted) -> bool:
+    return bool(np.max(np.abs(one.x - other.x) / one.hypothesis.limits(one.x)[2]) <= _APART)
 
 
 def _units(recording: Recording) -> tuple[Units | None, str | None]:

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Container, Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.effects import tabulated_force
 from mmt_drake.effects.tabulated_force import SIGNALS
 from mmt_drake.errors import attempt
@@ -56,7 +58,7 @@ def nameless_laws(problem: Problem, fitted: Fitted) -> list[Array]:
     """
     if problem.left(fitted) <= NOISE_ALONE or not fitted.hypothesis.admits(tabulated_force.EFFECT):
         return []
-    result = []
+    result, problem = [], replace(problem, coarse=max(problem.coarse, COARSE))
     for of, at in table_signals(problem, fitted.model, VARYING, _FINE):
         moved = attempt(_moved, problem, fitted, of, at)
         if moved is not None and np.isfinite(moved).all() and moved.any():
