@@ -230,7 +230,8 @@ class _Session:
         """
         self.watch.begin(_SHAPE)
         best, standard = judgement.best, judgement.standard
-        shapes = tables(problem, problem.fit(best.hypothesis, best.x, steps=STEPS), self.executor)
+        refitted = problem.fit(best.hypothesis, best.x, steps=STEPS)
+        shapes = tables(problem, refitted, self.executor, self.watch.is_late)
         learned = worth_while(standard.problem, best, shapes)
         if learned is not None:
             least, ruler = min((standard.heldout(f) for f in tried), default=math.inf), judgement.ruler

@@ -1,7 +1,7 @@
 """No name, still a model: the shape of a mismatch that repeats, learned over the signal that it depends on."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -26,6 +26,8 @@ do that with less than this probability."""
 _DEPENDS_ON = {"contact_stiffness": "deflection", "dry_friction": "sliding_velocity", "viscous": "sliding_velocity"}
 """Family of laws that are a curve over one signal -> that signal."""
 SIGNIFICANT = 0.01
+_LEAST_TRIED = 4
+"""Signals that a table is learned over, however late it is."""
 _STEPS = 4
 _RIDGE = 0.05  # of the residual's strength: what pulls the second differences of a table to 0
 _TABLE = tabulated_force.EFFECT.name
@@ -52,16 +54,23 @@ class Learned:
         return dict(self.fitted.hypothesis.held[_TABLE])
 
 
-def tables(problem: Problem, refit: Fitted, executor: Executor) -> list[Learned]:
+def tables(
+    problem: Problem, refit: Fitted, executor: Executor, is_late: Callable[[], bool] = lambda: False
+) -> list[Learned]:
     """A table over every signal that this structure and these recordings have, best first.
 
     Args:
         problem: the recordings.
         refit: the fit without a table.
         executor: tries the signals.
+        is_late: whether time is over: then no further signal is tried, but for the first few.
     """
     signals = list(table_signals(problem, refit.model))
-    found = executor.map(_learned, *zip(*((problem, refit, *signal) for signal in signals), strict=True))
+    found: list[Learned | None] = []
+    for table in executor.map(_learned, *zip(*((problem, refit, *signal) for signal in signals), strict=True)):
+        found.append(table)
+        if len(found) >= _LEAST_TRIED and is_late():
+            break
     return sorted((table for table in found if table is not None), key=lambda table: table.fitted.cost)
 
 

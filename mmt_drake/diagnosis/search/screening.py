@@ -10,12 +10,13 @@ import math
 import statistics
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
+from itertools import zip_longest
 
 from mmt_drake.diagnosis.fit.event_times import at_best_times
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.in_plane import per_axis_if_better
 from mmt_drake.diagnosis.search.starts import Screened, Start
-from mmt_drake.diagnosis.search.watch import SearchSetup
+from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 
 Enough = Callable[[Fitted], bool]
 
@@ -31,9 +32,9 @@ _WIDENED, _ALIKE = 2, 0.01
 """Of each set of effects so many go on to the whole problem; less apart than this part of it they are the same."""
 _FIRST = 2
 """A first answer is told when so many sets of effects have been fitted to all tracks."""
-_LOOKING, _SETTLING, _LEAST_SETTLED = 0.4, 0.5, 4
-"""Shares of the time that is left for the first steps from all starts, and of what is left then for more steps from
-the better ones, best first; so many sets of effects go on whatever the time."""
+_ASKING, _LOOKING, _SETTLING, _LEAST_SETTLED = 0.25, 0.4, 0.5, 4
+"""Shares of the time that is left for asking what promises most, of what is left then for the first steps from all
+starts, and again for more steps from the better ones, best first; so many sets of effects go on whatever the time."""
 
 
 def screen(
@@ -49,7 +50,8 @@ def screen(
         further: how many go on to the whole problem; the others are left behind. All then look at the same part.
     """
     problem, executor, watch = setup.problem, setup.executor, setup.watch
-    tries = _promising(tries, executor)
+    with watch.within(_ASKING):
+        tries = _promising(tries, executor, watch)
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     tried: set[str] = set()
     with watch.within(_LOOKING):
@@ -90,21 +92,33 @@ def screen(
     return sorted(again, key=lambda s: s.fitted.cost)
 
 
-def _promising(tries: Sequence[Start], executor: Executor) -> list[Start]:
+def _promising(tries: Sequence[Start], executor: Executor, watch: Watch) -> list[Start]:
     """Of the many starts of an effect beside one seed those that promise most.
 
     The best one of each effect and seed comes first, then the second ones; of these what promises most. Should time be
     short, what promises least has had no turn. What a little of an effect does not show (an end stop further out)
-    stands in the middle.
+    stands in the middle, and so does what there was no time to ask.
     """
-    promised = list(executor.map(Start.promise, tries))
+    tries = _in_turn(tries)
+    promised: list[float] = []
+    for promise in executor.map(Start.promise, tries):
+        promised.append(promise)
+        watch.did("what promises most", len(promised), len(tries))
+        if watch.is_late():
+            break
     middle = statistics.median(promised) if promised else 0.0
-    promised = [promise or middle for promise in promised]
-    starts: dict[tuple[str, int], list[int]] = {}
-    for i in sorted(range(len(tries)), key=lambda i: -promised[i]):
-        starts.setdefault((tries[i].name, id(tries[i].seed)), []).append(i)
-    turns = ([some[turn] for some in starts.values() if turn < len(some)] for turn in range(_FEW_STARTS))
-    return [tries[i] for turn in turns for i in turn]
+    promised = [promise or middle for promise in promised] + [middle] * (len(tries) - len(promised))
+    best = sorted(range(len(tries)), key=lambda i: -promised[i])
+    return _in_turn([tries[i] for i in best], _FEW_STARTS)
+
+
+def _in_turn(tries: Sequence[Start], most: int | None = None) -> list[Start]:
+    """The first start of each effect beside each seed, then the second ones, and so on; so many of each at most."""
+    starts: dict[tuple[str, int], list[Start]] = {}
+    for start in tries:
+        starts.setdefault((start.name, id(start.seed)), []).append(start)
+    turns = zip_longest(*(some[:most] for some in starts.values()))
+    return [start for turn in turns for start in turn if start is not None]
 
 
 def _apart(pairs: Sequence[tuple[Start, Fitted | None]]) -> list[tuple[Start, Fitted | None]]:
