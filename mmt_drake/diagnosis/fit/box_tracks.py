@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mmt_drake.diagnosis.fit.tracks import Replayed, States, Track, coarsened
+from mmt_drake.diagnosis.fit.tracks import NOISY, Replayed, States, Track, coarsened
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput
 from mmt_drake.model.flexible_box_replay import replay_axis, replay_plane
@@ -84,9 +84,14 @@ def _tangential(s: Smoothed, columns: list[int], model: FlexibleBoxModel, p: Arr
 class BoxTrack(Track):
     """A tangential axis of a flexible box."""
 
+    @cached_property
+    def _is_noisy(self) -> bool:
+        """Whether its noise is a part of the force that the error of longer steps does not come near."""
+        return self.floor > NOISY * float(np.std(self.measured[self.weight > 0.0]))
+
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         s, i, model = self.smoothed, self.column, _box(model, self.smoothed)
-        p = coarsened(model.kernel_vector(), coarse, s.rate_hz)
+        p = coarsened(model.kernel_vector(), coarse, s.rate_hz, self._is_noisy)
         both = s.kind == "contact" and (model.couples or any(model.additions.turn))
         force, body, body_rate = (
             values[i if both else 0] for values in _tangential(s, [0, 1] if both else [i], model, p)

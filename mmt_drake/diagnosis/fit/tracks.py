@@ -16,7 +16,7 @@ from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import MAX_STEP
+from mmt_drake.model.parameters import HASTY, MAX_STEP
 from mmt_drake.model.structure import Initial, PositionOut, Structure
 from mmt_drake.motion.delay import delayed_input
 from mmt_drake.numeric.arrays import Array, Flags
@@ -32,6 +32,9 @@ _SHORTEST_STEP = 1e-4
 
 _STABLE = 8.0
 """Steps over the accurate ones at which what is faster than a sample still dies out as it should, if not in shape."""
+HASTY_SEARCH, HASTY_FIT, NOISY = 8.0, 4.0, 2e-3
+"""How much longer steps may be that are implicit in friction: in a search; and in a fit on the accurate clock where the
+noise is more than this part of the force. The error is a tenth of the noise at most (`tests/diagnosis/test_tracks.py`)."""
 _PER_SAMPLE = 8.0
 """Steps in a sample interval beyond which a search asks for stability alone: nothing faster shows between samples."""
 
@@ -180,14 +183,17 @@ def later(values: Array, samples: float) -> Array:
     return found[first : first + len(values)]
 
 
-def coarsened(p: Array, coarse: float, rate: float) -> Array:
-    """A kernel vector with the step that is long enough where samples come at a rate [Hz]."""
+def coarsened(p: Array, coarse: float, rate: float, noisy: bool = False) -> Array:
+    """A kernel vector with the steps that are long enough where samples come at a rate [Hz], noisy or not."""
     accurate = p[MAX_STEP]
     p[MAX_STEP] *= coarse
     if p[MAX_STEP] < _SHORTEST_STEP:
         raise MmtError("the model is too stiff for a search")
     if coarse > 1.0:
         p[MAX_STEP] = max(p[MAX_STEP], min(_STABLE * accurate, 1.0 / (_PER_SAMPLE * rate)))
+        p[HASTY] = HASTY_SEARCH
+    elif noisy:
+        p[HASTY] = HASTY_FIT
     return p
 
 
