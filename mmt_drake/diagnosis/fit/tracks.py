@@ -34,7 +34,7 @@ _STABLE = 8.0
 """Steps over the accurate ones at which what is faster than a sample still dies out as it should, if not in shape."""
 HASTY_SEARCH, HASTY_FIT, NOISY = 8.0, 4.0, 2e-3
 """How much longer steps may be that are implicit in friction: in a search; and in a fit on the accurate clock where the
-noise is more than this part of the force. The error is a tenth of the noise at most (`tests/diagnosis/test_tracks.py`)."""
+noise is more than this part of the force: the error is then a tenth of the noise at most."""
 _PER_SAMPLE = 8.0
 """Steps in a sample interval beyond which a search asks for stability alone: nothing faster shows between samples."""
 

@@ -56,9 +56,9 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
                 parts = problem.eased(seeds[0])[:1]
                 first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
                 tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
-                screened = screen(setup, tries, enough, kept=_FURTHER_KEPT, further=_FURTHER)
+                screened = screen(setup, tries, kept=_FURTHER_KEPT, further=_FURTHER)
             else:
-                screened = screen(setup, tries, enough)
+                screened = screen(setup, tries)
             if not screened:
                 break
             if level == 0:

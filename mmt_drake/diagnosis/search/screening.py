@@ -24,8 +24,9 @@ REFINING_STEPS = 25
 _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
-_LOOK_STEPS, _HOPELESS = 6, 4.0
-"""Where one explains enough, what leaves this many times its variance after so many steps goes no further."""
+_LITTLE, _LOOK_STEPS, _HOPELESS = 1.5, 6, 4.0
+"""Where one explains enough, or leaves no more than this over the noise, what leaves so many times its variance after
+so many steps goes no further."""
 _FEW_STARTS = 4
 """Of what has more starts, so many are screened."""
 _WIDENED, _ALIKE = 2, 0.01
@@ -37,15 +38,12 @@ _ASKING, _LOOKING, _SETTLING, _LEAST_SETTLED = 0.25, 0.4, 0.5, 4
 starts, and again for more steps from the better ones, best first; so many sets of effects go on whatever the time."""
 
 
-def screen(
-    setup: SearchSetup, tries: Sequence[Start], enough: Enough = lambda _: False, *, kept: int = 1, further: int = 1000
-) -> list[Screened]:
+def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further: int = 1000) -> list[Screened]:
     """Screen all starts, as long as there is time; of each set of effects the best from each origin, best first.
 
     Args:
         setup: of the search.
         tries: the starts.
-        enough: whether a fit leaves so little that what leaves much more is out.
         kept: how many starts of each set and origin go on; more where there are many, for there are many minima.
         further: how many go on to the whole problem; the others are left behind. All then look at the same part.
     """
@@ -82,7 +80,7 @@ def screen(
                 break
     best = sorted((pair for pairs in settled.values() for pair in _apart(pairs)), key=_cost)
     most = math.inf
-    if best and (first := best[0][1]) is not None and enough(first):
+    if best and (first := best[0][1]) is not None and problem.left(first) <= _LITTLE:
         most = _HOPELESS * first.cost
 
     fits = executor.map(Start.widened, *zip(*((start, problem, fit, most) for start, fit in best), strict=True))

@@ -1,0 +1,47 @@
+"""Longer steps of a search, and of a fit of noisy forces, are off by far less than the noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from trial_samples import model, recorded
+
+from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.fit.tracks import COARSE, NOISY
+from mmt_drake.effects import LIBRARY
+
+VECTOR = replace(model(Fc=0.4), in_plane="vector")
+SMOOTH = replace(model(), in_plane="vector")
+
+
+def force(track, what, coarse):
+    return track.replay(what, coarse)[0]
+
+
+@pytest.mark.parametrize(
+    ("plain", "effects"),
+    [
+        (VECTOR, {}),
+        (VECTOR, {"stribeck_friction": {"Fs": 0.6, "v_s": 0.02}}),
+        (VECTOR, {"nonlinear_stiffness": {"k3": 1e6}}),
+        (SMOOTH, {"smooth_coulomb_friction": {"Fc": 0.3, "v_s": 0.01}}),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, dict) else "",
+)
+def test_longer_steps_beside_friction_in_the_plane_are_off_by_a_tenth_of_the_noise_at_most(plain, effects):
+    hypothesis = Hypothesis(plain)
+    for name in effects:
+        hypothesis = hypothesis.adding(LIBRARY[name])
+    what = hypothesis.model(hypothesis.vector({}, effects))
+    prepared = prepare([recorded(("coulomb_friction", (("Fc", 0.4),)), seed=3)], plain)
+    assert prepared.fine is not None and prepared.problem is not None
+    for problem, coarse in ((prepared.problem, COARSE), (prepared.fine, 1.0)):
+        track = max((t for t in problem.tracks if isinstance(t, BoxTrack)), key=lambda t: float(np.std(t.measured)))
+        accurate = replace(track, floor=0.0).replay(what, 1.0)[0]  # without noise no step is longer
+        least = NOISY * float(np.std(track.measured[track.weight > 0.0]))
+        assert track.floor > least
+        longer = track.replay(what, coarse)[0]
+        error = np.sqrt(np.mean((longer - accurate) ** 2))
+        assert error < 0.1 * track.floor and (error > 0.0 or plain is SMOOTH)  # they are longer where a body may stick
