@@ -33,6 +33,7 @@ def test_two_commands_lead_from_a_file_in_mm_to_a_report(strip: Path, program: P
     document = json.loads(done.out)
     assert document["verdict"] == "no_mismatch" and document["first_model"] == "first_model.yaml"
     assert document["summary"].startswith("No model was handed in; one was fitted to the recordings first")
+    assert "the model handed in" not in document["summary"]
     assert "first_model.yaml" in Path("out/strip/report.html").read_text()
     model = load_model("out/strip/first_model.yaml")
     assert model.value("k") == pytest.approx(1200.0, rel=0.01)

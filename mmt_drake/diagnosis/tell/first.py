@@ -123,7 +123,7 @@ def with_first_model(outcome: Outcome, found: FirstModel) -> Outcome:
         return outcome
     told = ", ".join(f"{n.symbol} {_three(n.value)} {n.unit}" for n in found.numbers)
     head = f"No model was handed in; one was fitted to the recordings first ({FIRST_MODEL}: {told}), and stands for it."
-    summary = f"{head} {outcome.diagnosis.summary}"
+    summary = f"{head} {outcome.diagnosis.summary.replace('the model handed in', 'the first model')}"
     return replace(outcome, diagnosis=replace(outcome.diagnosis, summary=summary, first_model=FIRST_MODEL))
 
 
