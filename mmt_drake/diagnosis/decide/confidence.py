@@ -10,10 +10,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol, get_args
 
+from scipy import stats
+
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.fit.validate import absent, vanishing
+from mmt_drake.diagnosis.fit.validate import absent, chance, vanishing
 from mmt_drake.diagnosis.search.equal import always_equal, are_equal, equal_sets, turns
 from mmt_drake.effects.effect import Effect
 
@@ -110,6 +112,9 @@ class ConfidenceSet:
         best = min(range(len(fits)), key=costs.__getitem__)
         noise = problem.samples() / len(numbers)
         chances = [by_chance(numbers, r, left[best], noise) for r in left]
+        for i, cost in enumerate(costs):
+            if chances[i] >= RULED_OUT and cost > ALIKE * costs[best]:
+                chances[i] = _with_unseen(problem, fits[i], fits[best], chances[i])
         standing, members, alike = sifted(fits, costs, chances, unsaid, problem.samples())
         found = [fits[i] for i in members]
         bounded = [fits[i] for i in standing if i not in members and at_bounds(fits[i])]
@@ -154,6 +159,24 @@ class ConfidenceSet:
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""
         return fitted.hypothesis.key in self.drawing and any(effect.name in e.holds for e in fitted.hypothesis.effects)
+
+
+def _with_unseen(problem: Problem, fitted: Fitted, best: Fitted, seen: float) -> float:
+    """Probability that chance alone puts the best so far before another one, on fitted and on held-out blocks together.
+
+    What happens in few blocks, as a stop that is met three times, is one block's word among those that were fitted.
+    Where held-out blocks alone would rule the other one out, both count (Fisher 1932, section 21.1).
+
+    Args:
+        problem: with the held-out blocks.
+        fitted: the other one.
+        best: the best on fitted blocks.
+        seen: the probability on these alone.
+    """
+    unseen = chance(problem, fitted, best, 1)
+    if unseen >= RULED_OUT:
+        return seen
+    return min(seen, float(stats.combine_pvalues([seen, unseen], "fisher").pvalue))
 
 
 def sifted(
