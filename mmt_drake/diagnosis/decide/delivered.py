@@ -44,7 +44,8 @@ def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fi
         shares: its budget.
         fits: what was held against each other.
     """
-    share = {part.part: part.share for part in shares}
+    # Beside others it may explain little more than they do, and they nothing without it.
+    share = {part.part: max(part.share, part.unique or 0.0) for part in shares}
     names = best.hypothesis.names
     faint = [name for name in names if share.get(name, 0.0) < CLEARLY * share[NAMELESS]]
     if not faint or len(faint) == len(names):

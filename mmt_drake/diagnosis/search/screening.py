@@ -95,14 +95,14 @@ def _promising(tries: Sequence[Start], executor: Executor, watch: Watch) -> list
 
     The best one of each effect and seed comes first, then the second ones; of these what promises most. Should time be
     short, what promises least has had no turn. What a little of an effect does not show (an end stop further out)
-    stands in the middle, and so does what there was no time to ask.
+    stands in the middle, and so does what there was no time to ask; one start of each is asked whatever the time.
     """
-    tries = _in_turn(tries)
+    tries, least = _in_turn(tries), len({(start.name, id(start.seed)) for start in tries})
     promised: list[float] = []
     for promise in executor.map(Start.promise, tries):
         promised.append(promise)
         watch.did("what promises most", len(promised), len(tries))
-        if watch.is_late():
+        if watch.is_late() and len(promised) >= least:
             break
     middle = statistics.median(promised) if promised else 0.0
     promised = [promise or middle for promise in promised] + [middle] * (len(tries) - len(promised))

@@ -110,9 +110,8 @@ class Start:
         start over it otherwise, and it may be left behind for that alone. What costs more than `most` is out and stays
         as it is, unless it has lost what it was added to.
         """
-        if settled is not None and most < settled.cost <= self.seed.fitted.cost:
-            return settled
-        found = self._on_all(problem, settled)
+        is_out = settled is not None and most < settled.cost <= self.seed.fitted.cost
+        found = settled if is_out else self._on_all(problem, settled)
         return None if found is None else per_axis_if_better(problem, found, SETTLING_STEPS)
 
     def _on_all(self, problem: Problem, settled: Fitted | None) -> Fitted | None:
