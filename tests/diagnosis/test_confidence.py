@@ -192,11 +192,27 @@ def test_what_is_next_to_nothing_is_a_five_hundredth_of_what_is_explained(proble
     left = {(): refit, ("nonlinear_stiffness",): size * best, ("hardening_relaxation",): best}
     monkeypatch.setattr(confidence, "left_out", lambda _, fitted: left[fitted.hypothesis.names])
     monkeypatch.setattr(confidence, "by_chance", lambda numbers, worse, better, noise: 0.5)
+    monkeypatch.setattr(confidence, "chance", lambda problem, before, after, tries: 1.0)
     monkeypatch.setattr(confidence, "turns", lambda problem, fitted: True)
     monkeypatch.setattr(confidence, "at_bounds", lambda fitted: frozenset())
     some = telling("", "nonlinear_stiffness", "hardening_relaxation").members
     drawing = ConfidenceSet.of(problem, some, {}).drawing
     assert drawing == (frozenset([frozenset(["hardening_relaxation"])]) if draws else frozenset())
+
+
+@pytest.mark.parametrize(("unseen", "stands"), [(1e-9, False), (0.02, True)])
+def test_what_few_fitted_blocks_speak_against_is_ruled_out_where_held_out_ones_do(
+    problem, monkeypatch, unseen, stands
+) -> None:
+    best = np.random.default_rng(0).standard_normal(len(problem.blocks()))
+    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: best if fitted.hypothesis.names else 9.0 * best)
+    seen = {True: 1.0, False: 0.05}
+    monkeypatch.setattr(confidence, "by_chance", lambda numbers, worse, better, noise: seen[worse is better])
+    monkeypatch.setattr(confidence, "chance", lambda problem, before, after, tries: unseen)
+    monkeypatch.setattr(confidence, "turns", lambda problem, fitted: True)
+    monkeypatch.setattr(confidence, "at_bounds", lambda fitted: frozenset())
+    believed = ConfidenceSet.of(problem, telling("", "nonlinear_stiffness").members, {})
+    assert (frozenset() in believed.standing) == stands
 
 
 def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fits, monkeypatch) -> None:
