@@ -33,6 +33,7 @@ from mmt_drake.diagnosis.search.learn import other_curves, tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
+from mmt_drake.diagnosis.search.screening import TRY_MORE
 from mmt_drake.diagnosis.search.watch import NOTHING, OnAnswer, OnStage, SearchSetup, Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
@@ -48,10 +49,8 @@ from mmt_drake.recording import Recording
 
 SEARCHING = 0.7
 """Share of the time budget for the search; the rest is for what it has found."""
-TRY_MORE = 1.5
-"""RMS of the residual over the noise floor above which a further effect is looked for."""
 LOOK_CLOSER = 6.0
-"""... and above which accurate integration would not change that."""
+"""RMS of the residual over the noise floor above which accurate integration would not make a fit explain enough."""
 NOISE_ALONE = 1.1
 """... and above which what is named may stand in a poor minimum: intervals say nothing of a better one elsewhere."""
 MOST_EFFECTS = 2

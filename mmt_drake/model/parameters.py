@@ -26,7 +26,7 @@ class Constants(NamedTuple):
         driven: 1 where an input drives the body by its force, else 0.
         dead: total width within which an input does nothing.
         loaded: force on the body per unit of a recorded load; else this only presses.
-        hasty: how much longer the steps may be that are implicit in friction in the plane; 0: as long as accuracy asks.
+        coarsening: how much longer steps may be that are implicit in friction in the plane; 0: no longer at all.
         laws: in the vector how many there are, and their table is its end. Here its address, contiguous; 0: there are
             none. The vector must outlive this.
         course: where in the vector the numbers stand that change in the course of a recording (`model.over`); 0: none.
@@ -59,7 +59,7 @@ class Constants(NamedTuple):
     rest: float
     dead: float
     loaded: float
-    hasty: float
+    coarsening: float
     course: float
     planar: float
     normal_axis: float
@@ -73,7 +73,7 @@ class Constants(NamedTuple):
 KERNEL_SIZE = LAW_TABLE = Constants._fields.index("laws") + 1
 """Of a kernel vector without laws."""
 M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_ = range(KERNEL_SIZE)
-*_, HASTY, COURSE, PLANAR, NORMAL_AXIS, LAWS = range(KERNEL_SIZE)
+*_, COARSENING, COURSE, PLANAR, NORMAL_AXIS, LAWS = range(KERNEL_SIZE)
 
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
 # forced response at 1 ms then stays below 1e-6 of its amplitude (tests/model/test_flexible_box.py).

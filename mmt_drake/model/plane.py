@@ -248,7 +248,7 @@ def advance_axes(
         if not h_max <= _MOST_STEPS * p.max_step:
             raise RuntimeError("two samples more than ten million integration steps apart")
         h_max /= math.ceil(h_max / p.max_step)
-    shortest, stops_made, began = h_max / _SHORT_STEPS * max(p.hasty, 1.0), 0, s
+    shortest, stops_made, began = h_max / _SHORT_STEPS * max(p.coarsening, 1.0), 0, s
     while s < s_end:
         if x.mode == 0.0:
             s, x, y = _wait(x, y, s, s_end, along, across, p)

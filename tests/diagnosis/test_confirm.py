@@ -81,8 +81,7 @@ def test_a_few_held_out_blocks_bear_a_name_out_together_with_all_others(
     fits = {names: fit(names) for names in CHANCES}
     believed = ConfidenceSet((fits[BEST],), {f.hypothesis.key: CHANCES[n] for n, f in fits.items()}, frozenset(), {})
     monkeypatch.setattr(confirm, "chance", lambda *_: unseen)
-    monkeypatch.setattr(confirm, "left_out", lambda *_: np.zeros(3))
-    monkeypatch.setattr(confirm, "by_chance", lambda *_: seen)
-    problem: Any = type("", (), {"blocks": lambda self: np.arange(3), "samples": lambda self: 3.0})()
+    monkeypatch.setattr(confirm, "gained_by_chance", lambda *_: seen)
+    problem: Any = None  # nobody looks at it
     found = confirm.is_confirmed(problem, fits[""], fits[BEST], believed, list(fits.values()), tried)
     assert found is borne_out

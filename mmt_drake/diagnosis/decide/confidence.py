@@ -10,10 +10,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol, get_args
 
-from scipy import stats
-
 from mmt_drake.diagnosis.fit.comparison import at_bounds
-from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
+from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent, chance, vanishing
 from mmt_drake.diagnosis.search.equal import always_equal, are_equal, equal_sets, turns
@@ -165,7 +163,7 @@ def _with_unseen(problem: Problem, fitted: Fitted, best: Fitted, seen: float) ->
     """Probability that chance alone puts the best so far before another one, on fitted and on held-out blocks together.
 
     What happens in few blocks, as a stop that is met three times, is one block's word among those that were fitted.
-    Where held-out blocks alone would rule the other one out, both count (Fisher 1932, section 21.1).
+    Where held-out blocks alone would rule the other one out, both count.
 
     Args:
         problem: with the held-out blocks.
@@ -174,9 +172,7 @@ def _with_unseen(problem: Problem, fitted: Fitted, best: Fitted, seen: float) ->
         seen: the probability on these alone.
     """
     unseen = chance(problem, fitted, best, 1)
-    if unseen >= RULED_OUT:
-        return seen
-    return min(seen, float(stats.combine_pvalues([seen, unseen], "fisher").pvalue))
+    return seen if unseen >= RULED_OUT else jointly(seen, unseen)
 
 
 def sifted(

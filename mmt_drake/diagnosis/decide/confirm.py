@@ -2,11 +2,9 @@
 
 from collections.abc import Sequence
 
-from scipy import stats
-
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, has
 from mmt_drake.diagnosis.decide.gate import SIGNIFICANT
-from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
+from mmt_drake.diagnosis.fit.left_out import gained_by_chance, jointly
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import chance
 
@@ -27,7 +25,7 @@ def is_confirmed(
     They do where it predicts them better than the fit without effects does, by more than chance.
 
     Of a short recording they are few. So they do as well where they and the blocks that were fitted say so together
-    (Fisher 1932, Statistical Methods for Research Workers, 21.1): those by what each fit leaves of a block that it is
+    (`left_out.jointly`): those by what each fit leaves of a block that it is
     taken not to have seen, as likely by chance as the number of sets that were tried makes it (Bonferroni).
 
     And they do where the best explanation has the names as deep as they are sure, and predicts them better than every
@@ -48,10 +46,8 @@ def is_confirmed(
     if unseen < SIGNIFICANT:
         return True
     if tried is not None and unseen < _NO_GAIN:
-        numbers = problem.blocks()
-        worse, better = left_out(problem, refit), left_out(problem, delivered)
-        seen = min(1.0, tried * by_chance(numbers, worse, better, problem.samples() / len(numbers)))
-        if stats.combine_pvalues([unseen, seen], "fisher").pvalue < SIGNIFICANT:
+        seen = min(1.0, tried * gained_by_chance(problem, refit, delivered))
+        if jointly(unseen, seen) < SIGNIFICANT:
             return True
     depths = {effect: believed.depth(effect) for effect in delivered.hypothesis.effects}
     sure = [(effect, depth) for effect, depth in depths.items() if depth is not None]

@@ -81,13 +81,22 @@ def _tangential(s: Smoothed, columns: list[int], model: FlexibleBoxModel, p: Arr
 
 
 @dataclass(frozen=True)
-class BoxTrack(Track):
-    """A tangential axis of a flexible box."""
+class _OfBox(Track):
+    """An axis of a flexible box."""
 
     @cached_property
     def _is_noisy(self) -> bool:
-        """Whether its noise is a part of the force that the error of longer steps does not come near."""
-        return self.floor > NOISY * float(np.std(self.measured[self.weight > 0.0]))
+        """Whether along the surface noise is a part of the force that the error of longer steps does not come near.
+
+        One answer for the recording: its tracks share a replay.
+        """
+        s, along = self.smoothed, slice(2 if self.smoothed.kind == "contact" else 1)
+        return bool(np.all(s.output_noise[along] > NOISY * np.std(s.output[s.weight > 0.0, along], axis=0)))
+
+
+@dataclass(frozen=True)
+class BoxTrack(_OfBox):
+    """A tangential axis of a flexible box."""
 
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         s, i, model = self.smoothed, self.column, _box(model, self.smoothed)
@@ -117,7 +126,7 @@ class BoxTrack(Track):
 
 
 @dataclass(frozen=True)
-class NormalTrack(Track):
+class NormalTrack(_OfBox):
     """The axis of a flexible box along the surface normal."""
 
     @property
@@ -137,7 +146,7 @@ class NormalTrack(Track):
 
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         s, model = self.smoothed, _box(model, self.smoothed)
-        p = coarsened(model.kernel_vector(), coarse, s.rate_hz)
+        p = coarsened(model.kernel_vector(), coarse, s.rate_hz, self._is_noisy)
         force = reading = _normal_force(s, model, p)
         if any(model.additions.turn):
             force = _tangential(s, [0, 1], model, p).force[2]

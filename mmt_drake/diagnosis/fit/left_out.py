@@ -61,6 +61,18 @@ def by_chance(numbers: NDArray[np.intp], worse: Array, better: Array, noise: flo
     return min(1.0, 2.0 * min(_in_all(numbers, worse, better), _in_every_block(numbers, worse, better, noise)))
 
 
+def jointly(*chances: float) -> float:
+    """Probability of independent tests together (Fisher 1932, Statistical Methods for Research Workers, 21.1)."""
+    return float(stats.combine_pvalues(chances, "fisher").pvalue)
+
+
+def gained_by_chance(problem: Problem, before: Fitted, after: Fitted) -> float:
+    """`by_chance` of two fits of a problem, their derivatives those of their ends."""
+    numbers = problem.blocks()
+    worse, better = left_out(problem, before), left_out(problem, after)
+    return by_chance(numbers, worse, better, problem.samples() / len(numbers))
+
+
 def _in_all(numbers: NDArray[np.intp], worse: Array, better: Array) -> float:
     """One-sided t test of the sum of the differences of the squares.
 

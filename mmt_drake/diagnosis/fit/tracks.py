@@ -16,7 +16,7 @@ from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
-from mmt_drake.model.parameters import HASTY, MAX_STEP
+from mmt_drake.model.parameters import COARSENING, MAX_STEP
 from mmt_drake.model.structure import Initial, PositionOut, Structure
 from mmt_drake.motion.delay import delayed_input
 from mmt_drake.numeric.arrays import Array, Flags
@@ -32,7 +32,7 @@ _SHORTEST_STEP = 1e-4
 
 _STABLE = 8.0
 """Steps over the accurate ones at which what is faster than a sample still dies out as it should, if not in shape."""
-HASTY_SEARCH, HASTY_FIT, NOISY = 8.0, 4.0, 2e-3
+_SEARCHING, _IN_NOISE, NOISY = 8.0, 4.0, 2e-3
 """How much longer steps may be that are implicit in friction: in a search; and in a fit on the accurate clock where the
 noise is more than this part of the force: the error is then a tenth of the noise at most."""
 _PER_SAMPLE = 8.0
@@ -191,9 +191,9 @@ def coarsened(p: Array, coarse: float, rate: float, noisy: bool = False) -> Arra
         raise MmtError("the model is too stiff for a search")
     if coarse > 1.0:
         p[MAX_STEP] = max(p[MAX_STEP], min(_STABLE * accurate, 1.0 / (_PER_SAMPLE * rate)))
-        p[HASTY] = HASTY_SEARCH
+        p[COARSENING] = _SEARCHING
     elif noisy:
-        p[HASTY] = HASTY_FIT
+        p[COARSENING] = _IN_NOISE
     return p
 
 

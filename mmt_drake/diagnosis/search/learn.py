@@ -1,7 +1,7 @@
 """No name, still a model: the shape of a mismatch that repeats, learned over the signal that it depends on."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -65,9 +65,8 @@ def tables(
         executor: tries the signals.
         is_late: whether time is over: then no further signal is tried, but for the first few.
     """
-    signals = list(table_signals(problem, refit.model))
     found: list[Learned | None] = []
-    for table in executor.map(_learned, *zip(*((problem, refit, *signal) for signal in signals), strict=True)):
+    for table in _over_each(problem, refit, table_signals(problem, refit.model), executor):
         found.append(table)
         if len(found) >= _LEAST_TRIED and is_late():
             break
@@ -84,15 +83,14 @@ def other_curves(problem: Problem, best: Fitted, executor: Executor) -> frozense
         best: the fit.
         executor: learns the curves.
     """
-    signals = {_DEPENDS_ON.get(effect.family) for effect in best.hypothesis.effects if effect.axis != "z"}
-    found = [*table_signals(problem, best.model, [of for of in SIGNALS if of in signals])]
-    curves = executor.map(_learned, *zip(*((problem, best, *signal) for signal in found), strict=True)) if found else ()
+    along = {e.name: _DEPENDS_ON.get(e.family) for e in best.hypothesis.effects if e.axis != "z"}
+    found = table_signals(problem, best.model, [of for of in SIGNALS if of in along.values()])
     better = {
-        of
-        for (of, _), curve in zip(found, curves, strict=True)
+        curve.values["of"]
+        for curve in _over_each(problem, best, found, executor)
         if curve is not None and worth_while(problem, best, [curve], OTHER, UNLIKELY) is not None
     }
-    return frozenset(e.name for e in best.hypothesis.effects if _DEPENDS_ON.get(e.family) in better)
+    return frozenset(name for name, of in along.items() if of in better)
 
 
 def worth_while(
@@ -116,6 +114,13 @@ def worth_while(
     if after > (1.0 - share) * before or chance(problem, refit, fitted, len(learned)) > significant:
         return None
     return replace(learned[0], fitted=fitted)
+
+
+def _over_each(
+    problem: Problem, fitted: Fitted, signals: Iterable[tuple[str, Sequence[float]]], executor: Executor
+) -> Iterator[Learned | None]:
+    """A table beside a fit over each signal with these knots, in their order."""
+    return executor.map(_learned, *zip(*((problem, fitted, *signal) for signal in signals), strict=True))
 
 
 def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:

@@ -7,7 +7,7 @@ of turns where nothing turns) imitates any drift: it may rule out others, but no
 
 from collections.abc import Mapping, Sequence
 
-from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
+from mmt_drake.diagnosis.fit.left_out import gained_by_chance
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent
 from mmt_drake.diagnosis.search.minima import at_the_limit, prune, random_restarts, simplify, swap
@@ -23,7 +23,7 @@ _SHARE = 0.5
 """Of the time that is left one more effect at once may take: a single one must leave time for two."""
 _RESTARTING = 0.1
 """Of the time that is left each search for another minimum may take, where there are many."""
-_TRUSTED = 3
+_ASKED = 3
 """A further effect is sought where one of so many gained more than chance gives the best of all that were tried."""
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
@@ -84,7 +84,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
         found = [f for f in found if not absent(problem, f)] or found
         before = min(seeds, key=lambda seed: seed.cost)
         seeds = _seeds(found, before.cost)
-        if not seeds or _is_chance(problem, before, seeds[:_TRUSTED], len(levels[-1])):
+        if not seeds or _is_chance(problem, before, seeds[:_ASKED], len(levels[-1])):
             break
     return levels
 
@@ -97,10 +97,8 @@ def _seeds(found: Sequence[Fitted], before: float) -> list[Fitted]:
 
 def _is_chance(problem: Problem, before: Fitted, seeds: Sequence[Fitted], tried: int) -> bool:
     """Whether of so many tries chance alone makes one do as much as any of these: they call for nothing beside them."""
-    numbers = problem.blocks()
-    noise = problem.samples() / len(numbers)
-    one, *others = (left_out(problem, problem.at(f.hypothesis, f.x)) for f in (before, *seeds))
-    return all(by_chance(numbers, one, other, noise) * tried > 1.0 for other in others)
+    one, *others = (problem.at(f.hypothesis, f.x) for f in (before, *seeds))  # a search's derivatives are near by only
+    return all(gained_by_chance(problem, one, other) * tried > 1.0 for other in others)
 
 
 def _further(seeds: Sequence[Seed], starts: Mapping[str, Start]) -> list[Start]:

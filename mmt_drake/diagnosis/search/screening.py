@@ -24,13 +24,14 @@ REFINING_STEPS = 25
 _PROMISING = 0.5
 """A candidate is fitted in full if screening gave it this share of the best one's improvement."""
 _MOST_REFINED = 8
-_LITTLE, _LOOK_STEPS, _HOPELESS = 1.5, 6, 4.0
-"""Where one explains enough, or leaves no more than this over the noise, what leaves so many times its variance after
-so many steps goes no further."""
+TRY_MORE = 1.5
+"""RMS of the residual over the noise floor above which a further effect is looked for."""
+_LOOK_STEPS, _HOPELESS = 6, 4.0
+"""Where one explains enough, what leaves this many times its variance after so many steps goes no further."""
 _FEW_STARTS = 4
 """Of what has more starts, so many are screened."""
-_WIDENED, _ALIKE = 2, 0.01
-"""Of each set of effects so many go on to the whole problem; less apart than this part of it they are the same."""
+_WIDENED, _SAME_MINIMUM = 2, 0.01
+"""Of each set of effects so many go on to the whole problem; less apart than this part of it they ended alike."""
 _FIRST = 2
 """A first answer is told when so many sets of effects have been fitted to all tracks."""
 _ASKING, _LOOKING, _SETTLING, _LEAST_SETTLED = 0.25, 0.4, 0.5, 4
@@ -80,9 +81,8 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
                 break
     best = sorted((pair for pairs in settled.values() for pair in _apart(pairs)), key=_cost)
     most = math.inf
-    if best and (first := best[0][1]) is not None and problem.left(first) <= _LITTLE:
+    if best and (first := best[0][1]) is not None and problem.left(first) <= TRY_MORE:
         most = _HOPELESS * first.cost
-
     fits = executor.map(Start.widened, *zip(*((start, problem, fit, most) for start, fit in best), strict=True))
     again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
     for s in again:
@@ -123,7 +123,7 @@ def _apart(pairs: Sequence[tuple[Start, Fitted | None]]) -> list[tuple[Start, Fi
     """The best ones of a set of effects that have not ended in the same minimum."""
     kept: list[tuple[Start, Fitted | None]] = []
     for pair in sorted(pairs, key=_cost):
-        if not kept or _cost(pair) > (1.0 + _ALIKE) * _cost(kept[-1]):
+        if not kept or _cost(pair) > (1.0 + _SAME_MINIMUM) * _cost(kept[-1]):
             kept.append(pair)
     return kept[:_WIDENED]
 

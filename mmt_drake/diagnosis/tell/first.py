@@ -10,6 +10,7 @@ from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.gate import NOTHING_LEFT
 from mmt_drake.diagnosis.tell.outcome import Outcome
+from mmt_drake.diagnosis.tell.summary import summary_of
 from mmt_drake.model_files import Model, model_data, save_model
 
 FIRST_MODEL: Final = "first_model.yaml"
@@ -123,8 +124,9 @@ def with_first_model(outcome: Outcome, found: FirstModel) -> Outcome:
         return outcome
     told = ", ".join(f"{n.symbol} {_three(n.value)} {n.unit}" for n in found.numbers)
     head = f"No model was handed in; one was fitted to the recordings first ({FIRST_MODEL}: {told}), and stands for it."
-    summary = f"{head} {outcome.diagnosis.summary.replace('the model handed in', 'the first model')}"
-    return replace(outcome, diagnosis=replace(outcome.diagnosis, summary=summary, first_model=FIRST_MODEL))
+    named = replace(outcome.diagnosis, first_model=FIRST_MODEL)
+    said = named.summary if named.fit is None else summary_of(named)  # where nothing was fitted it is the reason
+    return replace(outcome, diagnosis=replace(named, summary=f"{head} {said}"))
 
 
 def first_document(found: FirstModel) -> dict[str, Any]:

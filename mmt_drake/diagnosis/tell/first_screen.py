@@ -18,6 +18,7 @@ from mmt_drake.diagnosis.tell.wording import (
     capitalised,
     followed,
     listed,
+    model_words,
     part_words,
     rms_words,
     share_words,
@@ -76,8 +77,7 @@ def _errors(d: Diagnosis) -> Iterable[str]:
     if d.fit is None or (handed_in := d.fit.heldout_nrmse.nominal) is None:
         return
     fit, errors, nominal = d.fit, d.fit.heldout_nrmse, rms_words(d.fit, handed_in)
-    which = "the model handed in" if d.first_model is None else "the first model"
-    told = f"On stretches that no fit has seen, {which} is off by {nominal}"
+    told = f"On stretches that no fit has seen, {model_words(d)} is off by {nominal}"
     if d.verdict != "no_mismatch" and errors.augmented is not None and d.effects:
         told += f", with {listed(_called(effect) for effect in d.effects)} by {rms_words(fit, errors.augmented)}"
     elif d.verdict != "no_mismatch" and errors.refit is not None:

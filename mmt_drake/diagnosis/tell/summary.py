@@ -6,7 +6,15 @@ from typing import Final
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, EffectParameter, NamedEffect
-from mmt_drake.diagnosis.tell.wording import bounded, followed, in_degrees, part_words, rms_words, share_words
+from mmt_drake.diagnosis.tell.wording import (
+    bounded,
+    followed,
+    in_degrees,
+    model_words,
+    part_words,
+    rms_words,
+    share_words,
+)
 from mmt_drake.effects.wording import words
 
 MOST_WARNINGS: Final = 3
@@ -121,7 +129,7 @@ def _errors(d: Diagnosis) -> str:
     if d.fit is None or d.fit.heldout_nrmse.nominal is None:
         return ""
     fit, e, floor = d.fit, d.fit.heldout_nrmse, d.fit.noise_floor
-    said = f"On held-out data the RMS error is {rms_words(fit, d.fit.heldout_nrmse.nominal)} with the model handed in"
+    said = f"On held-out data the RMS error is {rms_words(fit, d.fit.heldout_nrmse.nominal)} with {model_words(d)}"
     if d.verdict != "no_mismatch" and e.refit is not None:
         said += f", {rms_words(fit, e.refit)} with its parameters fitted"
         if d.verdict in NAMING and e.augmented is not None:

@@ -7,7 +7,7 @@ from typing import Final
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.budget import NAMELESS, PARAMETERS, SHARED
 from mmt_drake.diagnosis.decide.mismatch import Dependence, Mismatch
-from mmt_drake.diagnosis.tell.result import EffectParameter, Fit, NamedEffect
+from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, NamedEffect
 from mmt_drake.effects.wording import words
 
 PERCENT: Final = (
@@ -58,6 +58,11 @@ def share_words(share: float) -> str:
     if 0.0 < share < 0.005:
         return "under 1 %"
     return f"{100.0 * share:.0f} %"
+
+
+def model_words(diagnosis: Diagnosis) -> str:
+    """What the model that was diagnosed is called."""
+    return "the model handed in" if diagnosis.first_model is None else "the first model"
 
 
 def rms_words(fit: Fit, nrmse: float) -> str:
