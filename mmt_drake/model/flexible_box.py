@@ -53,7 +53,7 @@ BEGAN = _next()  # [s], time of the first sample
 ANCHOR_Z = _next()  # height of the tip where the contact spring is unstretched [m]; 0 on a level surface
 FACET = _next(6)  # under the tip at that sample: n, c, world, mu of `local_contact.Facet`
 BODY = _next(2 * AXIS_SIZE)  # two axes of `mmt_drake.model.body`
-NORMAL = _next(AXIS_SIZE)  # the third, if there is more than a spring and a damper along it
+NORMAL = _next(AXIS_SIZE)  # the third, behind those, if there is more than a spring and a damper along it
 STATE_SIZE = _next.size
 
 #: `contact` argument of `advance`: contact is where the probe is below the surface.
@@ -101,7 +101,9 @@ def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> No
 
 
 @njit(cache=True, error_model="numpy")
-def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> None:
+def advance(
+    state: Array, t: float, motion: Array, contact: float, p: Array, push_x: float = 0.0, push_y: float = 0.0
+) -> None:
     """Advance the object to the probe's next sample, in place; t must not lie before the state's time.
 
     Args:
@@ -112,23 +114,8 @@ def advance(state: Array, t: float, motion: Array, contact: float, p: Array) -> 
             a detector or a recording has it (then touch and release fall on the surface crossing if
             there is one in this interval, else on the sample).
         p: kernel vector.
+        push_x, push_y: what beside the probe pushes the body all the time, in contact or not [N].
     """
-    _advance(state, t, motion, contact, 0.0, 0.0, p)
-
-
-@njit(cache=True, error_model="numpy")
-def advance_pushed(state: Array, t: float, motion: Array, contact: float, push: Array, p: Array) -> None:
-    """`advance` while something beside the probe pushes the body all the time, in contact or not.
-
-    Args:
-        state, t, motion, contact, p: as there.
-        push: (2,) force on the body along x and y [N].
-    """
-    _advance(state, t, motion, contact, push[0], push[1], p)
-
-
-@njit(error_model="numpy", forceinline=True)
-def _advance(state: Array, t: float, motion: Array, contact: float, push_x: float, push_y: float, p: Array) -> None:
     h = t - state[TIME]
     before = state[CONTACT] != 0.0
     after = motion[2] < 0.0 if contact == CONTACT_BY_GEOMETRY else contact != 0.0
@@ -141,29 +128,18 @@ def _advance(state: Array, t: float, motion: Array, contact: float, push_x: floa
         s_switch = crossing(height, h)
     start, c = state[TIME] - state[BEGAN], constants(p)
     along, across = path_of_probe(state, motion, 0, h), path_of_probe(state, motion, 1, h)
-    n, load, spring = _normal_constants(p, c), height, level_spring(c)
-    first, second = Cubic(push_x, 0.0, 0.0, 0.0), Cubic(push_y, 0.0, 0.0, 0.0)
-    both = (Spring(spring.k, spring.b, first), Spring(spring.k, spring.b, second), c, p.ctypes.data, len(p))
-    pushed = push_x != 0.0 or push_y != 0.0
-    if h > 0.0:
-        if c.normal_axis != 0.0 and before:
-            load = press(state, NORMAL, height, 0.0, s_switch, start, n)
-        if pushed and not before:
-            _drift(state, 0.0, s_switch, start, first, second, c, p)
-        else:
-            advance_object(state, BODY, 0.0, s_switch, along, across, load, before, start, *both)
-    if after and not before:
-        touch(state, BODY, along, s_switch, c)
-        touch(state, BODY + AXIS_SIZE, across, s_switch, c)
-        if c.normal_axis != 0.0:
-            touch_normal(state, NORMAL, height, s_switch, n)
-    if s_switch < h:
-        if c.normal_axis != 0.0 and after:
-            load = press(state, NORMAL, height, s_switch, h, start, n)
-        if pushed and not after:
-            _drift(state, s_switch, h, start, first, second, c, p)
-        else:
-            advance_object(state, BODY, s_switch, h, along, across, load, after, start, *both)
+    n, load = _normal_constants(p, c), height
+    for part in range(2):  # before the contact changes and after it: a loop, as what it calls is long to compile
+        s, s_end, touches = (0.0, s_switch, before) if part == 0 else (s_switch, h, after)
+        if part == 1 and after and not before:
+            touch(state, BODY, along, s_switch, c)
+            touch(state, BODY + AXIS_SIZE, across, s_switch, c)
+            if c.normal_axis != 0.0:
+                touch_normal(state, NORMAL, height, s_switch, n)
+        if s < s_end:
+            if c.normal_axis != 0.0 and touches:
+                load = press(state, NORMAL, height, s, s_end, start, n)
+            _move(state, s, s_end, along, across, load, touches, start, push_x, push_y, c, p)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
@@ -171,20 +147,39 @@ def _advance(state: Array, t: float, motion: Array, contact: float, push_x: floa
     _read_sensor(state, h, p)
 
 
-@njit(error_model="numpy")
-def _drift(state: Array, s: float, s_end: float, start: float, x: Cubic, y: Cubic, c: Constants, p: Array) -> None:
-    """Advance a body that no probe holds from s to s_end, pushed by x and y [N].
+@njit(error_model="numpy", forceinline=True)
+def _move(
+    state: Array,
+    s: float,
+    s_end: float,
+    along: Cubic,
+    across: Cubic,
+    load: Cubic,
+    touches: bool,
+    start: float,
+    push_x: float,
+    push_y: float,
+    c: Constants,
+    p: Array,
+) -> None:
+    """Advance the body from s to s_end, pushed by the probe where that touches and by a force [N].
 
-    A contact pushes, so there is one here: without stiffness, with a tip that goes as the body goes at first.
+    A contact pushes, so one is made where the probe does not touch: without stiffness, with a tip that goes as the
+    body goes at first.
     """
-    free = Cubic(0.0, 0.0, 0.0, 0.0)
     anchors = state[BODY + ANCHOR], state[BODY + AXIS_SIZE + ANCHOR]
-    state[BODY + ANCHOR] = state[BODY + AXIS_SIZE + ANCHOR] = 0.0
-    (x0, y0, _), (vx, vy, _) = body_of(state)
-    along, across = Cubic(x0 - vx * s, vx, 0.0, 0.0), Cubic(y0 - vy * s, vy, 0.0, 0.0)
-    both = (Spring(0.0, 0.0, x), Spring(0.0, 0.0, y), c, p.ctypes.data, len(p))
-    advance_object(state, BODY, s, s_end, along, across, free, True, start, *both)
-    state[BODY + ANCHOR], state[BODY + AXIS_SIZE + ANCHOR] = anchors
+    k, b, held = c.k2, c.b2, touches
+    drifts = not touches and (push_x != 0.0 or push_y != 0.0)
+    if drifts:
+        k, b, held, load = 0.0, 0.0, True, Cubic(0.0, 0.0, 0.0, 0.0)
+        state[BODY + ANCHOR] = state[BODY + AXIS_SIZE + ANCHOR] = 0.0
+        (x0, y0, _), (vx, vy, _) = body_of(state)
+        along, across = Cubic(x0 - vx * s, vx, 0.0, 0.0), Cubic(y0 - vy * s, vy, 0.0, 0.0)
+    first, second = Spring(k, b, Cubic(push_x, 0.0, 0.0, 0.0)), Spring(k, b, Cubic(push_y, 0.0, 0.0, 0.0))
+    both = (first, second, c, p.ctypes.data, len(p))
+    advance_object(state, BODY, s, s_end, along, across, load, held, start, *both)
+    if drifts:
+        state[BODY + ANCHOR], state[BODY + AXIS_SIZE + ANCHOR] = anchors
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -323,9 +318,8 @@ def reading(state: Array, p: Array, force: Array) -> None:
     if not is_level(facet_of(state)):  # where no sensor has effects
         force_on_probe(state, p, force)
         return
-    for i in range(2):
+    for i in range(3):
         force[i] = state[BODY + AXIS_SIZE * i + READING]
-    force[2] = state[NORMAL + READING]
 
 
 @njit(cache=True, error_model="numpy")
@@ -357,8 +351,7 @@ def replay_part(
     body: Array,
 ) -> None:
     """`replay` of the samples from `first` to before `end`, the state (STATE_SIZE,) being that after those before."""
-    # One scratch vector each: rows of arrays as arguments would cost as much as the integration.
-    motion, felt = np.empty(6), np.empty(3)
+    motion = np.empty(6)  # rows of arrays as arguments would cost as much as the integration
     for k in range(first, end):
         for i in range(3):
             motion[i], motion[3 + i] = position[k, i], velocity[k, i]
@@ -366,9 +359,8 @@ def replay_part(
             begin(state, time[k], motion, contact[k], p)
         else:
             advance(state, time[k], motion, contact[k], p)
-        reading(state, p, felt)
         for i in range(3):
-            force[k, i] = felt[i]
+            force[k, i] = state[BODY + AXIS_SIZE * i + READING]
         for i in range(2):
             body[k, i] = state[BODY + AXIS_SIZE * i + POSITION]
             body[k, 2 + i] = state[BODY + AXIS_SIZE * i + VELOCITY]

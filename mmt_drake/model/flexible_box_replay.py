@@ -72,23 +72,22 @@ def _over(axes: int) -> Callable[..., None]:
                 along, across = _path(probe, probe_rate, 0, k, h), _path(probe, probe_rate, axes - 1, k, h)
                 above = cubic(height[k - 1], height_rate[k - 1], height[k], height_rate[k], h)
                 s = 0.0
-                while change < len(changes) and changes[change] <= time[k]:
-                    s_change = changes[change] - time[k - 1]
+                while True:  # to each change of the contact, then to the sample: once, as it is long to compile
+                    changing = change < len(changes) and changes[change] <= time[k]
+                    s_end = changes[change] - time[k - 1] if changing else h
                     if axes == 1:
-                        advance_body(state, 0, s, s_change, along, above, contact, start, spring, c)
+                        advance_body(state, 0, s, s_end, along, above, contact, start, spring, c)
                     else:
-                        advance_object(state, 0, s, s_change, along, across, above, contact, start, *both)
+                        advance_object(state, 0, s, s_end, along, across, above, contact, start, *both)
+                    if not changing:
+                        break
                     contact = not contact
                     if contact:
-                        touch(state, 0, along, s_change, c)
+                        touch(state, 0, along, s_end, c)
                         if axes == 2:
-                            touch(state, AXIS_SIZE, across, s_change, c)
-                    s = s_change
+                            touch(state, AXIS_SIZE, across, s_end, c)
+                    s = s_end
                     change += 1
-                if axes == 1:
-                    advance_body(state, 0, s, h, along, above, contact, start, spring, c)
-                else:
-                    advance_object(state, 0, s, h, along, across, above, contact, start, *both)
             normal = normal_force(height[k], height_rate[k], c) if contact else 0.0
             felt, other = 0.0, 0.0
             if contact:

@@ -101,7 +101,7 @@ def _on_the_table(
     assign(lower, motion)
     lower[2] -= air[carried.ANCHOR_Z]
     holds = grasp[GRIP] == HOLDS
-    box.advance_pushed(on, t, lower, 1.0 if holds or touches else 0.0, push, box_p)
+    box.advance(on, t, lower, 1.0 if holds or touches else 0.0, box_p, push[0], push[1])
     box.force_on_probe(on, box_p, force)
     if holds and force[2] < -p[carried.MASS] * carried.GRAVITY:
         x, y = box.BODY, box.BODY + axis.AXIS_SIZE

@@ -162,13 +162,14 @@ def _move(
     else:
         along, across_it = paths.x, paths.y
         _put_anchor(state, tip0, d)
-    _push(state, 0.0, s_switch, along, across_it, paths, facet, height, was_in, slips, way, c, p)
-    if is_in and not was_in:
-        touch(state, _X, along, s_switch, c)
-        touch(state, _Y, across_it, s_switch, c)
-        state[box.ANCHOR_Z] = position_at(paths.z, s_switch)
-    if s_switch < h:
-        _push(state, s_switch, h, along, across_it, paths, facet, height, is_in, False, ZERO, c, p)
+    for part in range(2):  # before the contact changes and after it
+        if part == 1 and is_in and not was_in:
+            touch(state, _X, along, s_switch, c)
+            touch(state, _Y, across_it, s_switch, c)
+            state[box.ANCHOR_Z] = position_at(paths.z, s_switch)
+        s, s_end, held = (0.0, s_switch, was_in) if part == 0 else (s_switch, h, is_in)
+        if s < s_end:
+            _push(state, s, s_end, along, across_it, paths, facet, height, held, slips and part == 0, way, c, p)
     tip = get(motion, 0)
     if facet.world != 0.0:
         dx = dot(first, tip) - state[_X + POSITION] - state[_X + ANCHOR]

@@ -175,7 +175,7 @@ def advance(
             inside = moved[2] < 0.0
             grasped_box.advance_grasped(states[i], grasp, t, moved, grip, inside, push[i], p[i], hung[i])
         else:
-            box.advance_pushed(states[i], t, moved, 1.0 if i == touched else 0.0, push[i], p[i])
+            box.advance(states[i], t, moved, 1.0 if i == touched else 0.0, p[i], push[i, 0], push[i, 1])
     return touched
 
 

@@ -59,16 +59,6 @@ def _facet(surface: Array, at: Vector, held: Vector) -> Facet:
 
 
 @njit(cache=True)
-def _bring_on(memory: Array, t: float, motion: Array, contact: float, p: Array, surface: Array) -> None:
-    """Bring the object under a surface of some shape to time t, in place."""
-    if memory[_STARTED] == 0.0:
-        begin_on(memory, t, motion, contact, _facet(surface, get(motion, 0), (0.0, 0.0, 0.0)), p)
-        return
-    held = get(memory, box.FACET) if memory[box.CONTACT] != 0.0 else (0.0, 0.0, 0.0)
-    advance_on(memory, t, motion, contact, _facet(surface, predicted(memory, t, motion, surface[WORLD]), held), p)
-
-
-@njit(cache=True)
 def put_measurement(motion: Array, noisy: float, sigma: Array, seed: int, count: int, out: Array) -> None:
     """Write what the sensors read to a readout: motion, and force, which stands where the true force belongs.
 
@@ -94,6 +84,20 @@ def put_measurement(motion: Array, noisy: float, sigma: Array, seed: int, count:
 
 @njit(cache=True)
 def _read(
+    memory: Array, t: float, motion: Array, contact: float, p: Array, noisy: float, sigma: Array, seed: int, out: Array
+) -> None:
+    """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
+    now = out[_MEMORY:]
+    assign(now, memory)
+    if memory[_STARTED] == 0.0:
+        box.begin(now, t, motion, contact, p)
+    else:
+        box.advance(now, t, motion, contact, p)
+    _put_readout(now, motion, p, noisy, sigma, seed, out)
+
+
+@njit(cache=True)
+def _read_on(
     memory: Array,
     t: float,
     motion: Array,
@@ -105,17 +109,20 @@ def _read(
     seed: int,
     out: Array,
 ) -> None:
-    """Bring the memory to time t with the probe at `motion`; write readout and new memory to `out`."""
+    """`_read` under a surface of some shape; apart, as it takes long to compile and most surfaces are level."""
     now = out[_MEMORY:]
     assign(now, memory)
-    if len(surface):
-        _bring_on(now, t, motion, contact, p, surface)
-        now[_STARTED] = 1.0
-    elif memory[_STARTED] == 0.0:
-        box.begin(now, t, motion, contact, p)
-        now[_STARTED] = 1.0
+    if memory[_STARTED] == 0.0:
+        begin_on(now, t, motion, contact, _facet(surface, get(motion, 0), (0.0, 0.0, 0.0)), p)
     else:
-        box.advance(now, t, motion, contact, p)
+        held = get(now, box.FACET) if now[box.CONTACT] != 0.0 else (0.0, 0.0, 0.0)
+        advance_on(now, t, motion, contact, _facet(surface, predicted(now, t, motion, surface[WORLD]), held), p)
+    _put_readout(now, motion, p, noisy, sigma, seed, out)
+
+
+@njit
+def _put_readout(now: Array, motion: Array, p: Array, noisy: float, sigma: Array, seed: int, out: Array) -> None:
+    now[_STARTED] = 1.0
     read = out[FORCE : FORCE + 3]  # first what the sensor reads, in the end the force itself
     box.reading(now, p, read)
     put_measurement(motion, noisy, sigma, seed, int(now[_TICK]), out)
@@ -210,7 +217,11 @@ class FlexibleBox(SurfaceSystem):
 
     def _compute(self, t: float, memory: Array, out: Array, motion: Array, contact: Array | None) -> None:
         touching = box.CONTACT_BY_GEOMETRY if contact is None else contact[0]
-        _read(memory, t, motion, touching, self._p, self._shape, self._noisy, self._sigma, self._seed, out)
+        p, sensors = self._p, (self._noisy, self._sigma, self._seed)
+        if len(self._shape):
+            _read_on(memory, t, motion, touching, p, self._shape, *sensors, out)
+        else:
+            _read(memory, t, motion, touching, p, *sensors, out)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         super()._update(context, state)
