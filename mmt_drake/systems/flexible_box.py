@@ -120,7 +120,7 @@ def _read_on(
     _put_readout(now, motion, p, noisy, sigma, seed, out)
 
 
-@njit
+@njit()
 def _put_readout(now: Array, motion: Array, p: Array, noisy: float, sigma: Array, seed: int, out: Array) -> None:
     now[_STARTED] = 1.0
     read = out[FORCE : FORCE + 3]  # first what the sensor reads, in the end the force itself
