@@ -69,7 +69,7 @@ def diagnose_arm(
 
     Raises:
         BadInput: the logs are none of this arm, too short, nothing moves in them, or torques have the other sign.
-        KeyboardInterrupt: its text is what was known by then.
+        Interrupted: a KeyboardInterrupt, with what was known by then.
     """
     if not logs:
         raise BadInput("recordings", found="none", expected="one or more logs of joints")
@@ -78,7 +78,7 @@ def diagnose_arm(
         try:
             return _diagnosed(logs, model, watch)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(watch.so_far) from None
+            raise watch.interrupted() from None
 
 
 def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDiagnosis:

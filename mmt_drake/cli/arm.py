@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from mmt_drake.cli.interrupted import known_kept
 from mmt_drake.cli.output import console, print_json, say
 from mmt_drake.cli.progress import working
 from mmt_drake.errors import BadInput
@@ -33,7 +34,7 @@ def diagnose_arms(arguments: argparse.Namespace) -> int:
     model = load_arm_model(arguments.model)
     arm = ArmPlant.of(model)
     logs = [load_joint_log(file, model, arm.joints) for file in arguments.recordings]
-    with working("diagnosis", arguments.time_budget) as show:
+    with known_kept(out, arguments.command_line), working("diagnosis", arguments.time_budget) as show:
         budget = arguments.time_budget
         diagnosis = diagnose_arm(logs, model, on_stage=show, on_answer=show.tell, time_budget=budget)
     provenance = Provenance.of(arguments.recordings, arguments.model, arguments.command_line)

@@ -16,7 +16,8 @@ with `--operator hand.csv` say --set 'operator=!Recorded {file: hand.csv}' here:
 
 Several REC are recordings of the same system. DIR receives diagnosis.json, report.html (one page, opens offline),
 augmented_model.yaml (for `mmt-drake simulate`) and figures (SVG); where the recordings cannot decide between
-explanations also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`).
+explanations also next_motion.npz, a motion that would (`mmt-drake run setup1 --operator next_motion.npz`). Ctrl-C ends
+it at once and leaves what was known by then in interrupted.json.
 
 MODEL may say `units: {position: rad, force: A}`, which the report then has in the place of m and N;
 `over: {Fc: current}`, a number that depends on a column recorded beside, or `over: {Fc: recording}`, free in each; and
@@ -38,6 +39,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mmt_drake.cli.interrupted import known_kept
 from mmt_drake.cli.options import (
     TIME_BUDGET_S,
     add_effects,
@@ -109,7 +111,11 @@ def main(arguments: argparse.Namespace) -> int:
     blocks = () if model is None else _blocks(arguments, model, recordings)
     replays: tuple[BlockReplay, ...] = ()
     first: FirstModel | None = None
-    with working("diagnosis", arguments.time_budget) as show, workers(arguments.jobs, arguments.cluster) as executor:
+    with (
+        known_kept(out, arguments.command_line),
+        working("diagnosis", arguments.time_budget) as show,
+        workers(arguments.jobs, arguments.cluster) as executor,
+    ):
         if model is None:
             first = fit(recordings, arguments.structure, executor=executor, on_stage=show)
             model = first.model

@@ -97,7 +97,7 @@ def diagnose(
     Raises:
         BadInput: the recordings are none that a model of this structure can be held against, or the model has
             additions that no file holds: no file could hold the result.
-        KeyboardInterrupt: its text is what was known by then.
+        Interrupted: a KeyboardInterrupt, with what was known by then.
     """
     begun = time.perf_counter()
     bare = model if model.handed is None else cast(Model, model.handed.bare)
@@ -133,7 +133,7 @@ def diagnose(
         try:
             return _timed(session.run(), begun)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(watch.so_far) from None
+            raise watch.interrupted() from None
 
 
 @dataclass(frozen=True)

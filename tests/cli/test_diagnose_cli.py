@@ -29,7 +29,7 @@ diagnose.working = lambda *_: contextlib.nullcontext(Saying())
 sys.exit(main.main())"""
 
 
-def test_ctrl_c_in_the_midst_of_the_fits_ends_it_within_a_second_and_nothing_is_left(folder: Path, tmp_path: Path):
+def test_ctrl_c_in_the_midst_of_the_fits_ends_it_within_a_second_with_what_is_known(folder: Path, tmp_path: Path):
     command = ["diagnose", folder / "contact.csv", "--model", folder / "model.yaml", "--out", tmp_path / "out"]
     heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
@@ -42,7 +42,11 @@ def test_ctrl_c_in_the_midst_of_the_fits_ends_it_within_a_second_and_nothing_is_
         assert running.returncode == 130 and said.startswith("mmt-drake: interrupted; so far "), said
         assert " with nothing" in said and said.count("\n") == 1
     assert used.ru_utime + used.ru_stime - worked < 0.5  # [s] of work, however busy the machine is
-    assert not any(tmp_path.iterdir())
+    assert [file.name for file in (tmp_path / "out").iterdir()] == ["interrupted.json"]
+    known = json.loads((tmp_path / "out" / "interrupted.json").read_text())
+    errors = [*known["error_over_noise"].values()]
+    assert "nothing" in known["error_over_noise"] and errors == sorted(errors)
+    assert known["command"].startswith("mmt-drake diagnose ")
 
 
 def test_a_law_of_the_user_s_own_is_named_by_the_name_it_has(tmp_path: Path, program: Program):

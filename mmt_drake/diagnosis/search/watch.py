@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -37,6 +37,20 @@ class Stage:
         share = f", {self.done} of {self.total}" if self.total else ""
         now = f": {self.now}" if self.now else ""
         return f"{self.name}{share}{now}"
+
+
+class Interrupted(KeyboardInterrupt):
+    """A search that was interrupted; its text is what was known by then.
+
+    Args:
+        said: that text.
+        left: the error over the noise by what explains it, least first; finite.
+        untried: what there had been no time for.
+    """
+
+    def __init__(self, said: str, left: Mapping[str, float], untried: Sequence[str]) -> None:
+        super().__init__(said)
+        self.left, self.untried = dict(left), tuple(untried)
 
 
 OnStage = Callable[[Stage], None]
@@ -104,12 +118,20 @@ class Watch:
     @property
     def so_far(self) -> str:
         """What is known in the midst of a search, in a sentence; nothing before its first fit."""
-        least = sorted(self._left.items(), key=lambda item: item[1])[:_BEST_SHOWN]
-        if not least:
+        if not self._left:
             return ""
+        least = [*self._least_first().items()][:_BEST_SHOWN]
         said = [f"{left:.3g} with {names}{' added' if i == 0 else ''}" for i, (names, left) in enumerate(least)]
         end = "; no effect has been fitted yet" if [*self._left] == [NOTHING] else ""
         return f"so far the error over the noise is {', '.join(said)}{end}"
+
+    def interrupted(self) -> Interrupted:
+        """What is known, for who interrupts."""
+        left = {names: left for names, left in self._least_first().items() if math.isfinite(left)}
+        return Interrupted(self.so_far, left, self.missed)
+
+    def _least_first(self) -> dict[str, float]:
+        return dict(sorted(self._left.items(), key=lambda item: item[1]))
 
     def miss(self, what: Iterable[str]) -> None:
         """Note what there was no time for."""

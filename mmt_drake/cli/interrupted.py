@@ -1,0 +1,39 @@
+"""What a diagnosis knew when Ctrl-C ended it, on disk."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mmt_drake.recording.atomic import replacing, writing
+
+FILE = "interrupted.json"
+
+
+@contextmanager
+def known_kept(folder: Path, command: str) -> Iterator[None]:
+    """Write what is known by then to `interrupted.json`, should Ctrl-C end a search; else there is no such file.
+
+    Args:
+        folder: of the diagnosis, made if need be.
+        command: that was typed.
+
+    Raises:
+        KeyboardInterrupt: interrupted; its text says what is known, and names the file.
+        BadInput: the file cannot be written.
+    """
+    from mmt_drake.diagnosis.search.watch import Interrupted
+
+    path = folder / FILE
+    try:
+        yield
+    except Interrupted as interrupt:
+        if not interrupt.left:
+            raise
+        known = {"command": command, "error_over_noise": interrupt.left, "untried": interrupt.untried}
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as temporary:
+            temporary.write_text(f"{json.dumps(known, indent=2, ensure_ascii=False, allow_nan=False)}\n")
+        raise KeyboardInterrupt(f"{interrupt}; written: {path}") from None
+    path.unlink(missing_ok=True)
