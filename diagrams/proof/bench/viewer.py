@@ -31,7 +31,9 @@ def measurements(seconds: float = _SECONDS) -> Iterator[Measurement]:
         view = LiveView(viewer)
         context = view.CreateDefaultContext()
         for i in range(view.num_input_ports()):
-            view.get_input_port(i).FixValue(context, value_at(shown.get_input_port(i), then))
+            port = shown.get_input_port(i)
+            if port.HasValue(then):
+                view.get_input_port(i).FixValue(context, value_at(port, then))
         simulator = Simulator(view, context)
         simulator.Initialize()
         took = []
