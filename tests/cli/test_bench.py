@@ -9,7 +9,7 @@ import pytest
 
 from mmt_drake.cli.main import main
 from mmt_drake.diagrams.proof import bench
-from mmt_drake.diagrams.proof.bench import accuracy, repeatability, viewer
+from mmt_drake.diagrams.proof.bench import accuracy, repeatability
 from mmt_drake.diagrams.proof.studies.measurement import Measurement
 
 
@@ -26,12 +26,6 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "measurements", lambda group: iter(measured()))
 
 
-def test_the_live_view_is_measured_on_what_set_up_1_shows() -> None:
-    names = [one.name for one in viewer.measurements(seconds=0.3)]
-    assert names == ["live view: cost per tick at 1 kHz, mean", "live view: cost of a tick with a picture"]
-
-
-@pytest.mark.study
 @pytest.mark.parametrize("part", bench.GROUPS["quick"])
 def test_every_part_of_the_bench_measures_figures(part: str) -> None:
     measured = [*import_module(f"mmt_drake.diagrams.proof.bench.{part}").measurements()]
