@@ -97,7 +97,7 @@ def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> No
     c = constants(p)
     if touching and c.normal_axis != 0.0:
         begin_normal(state, NORMAL, motion[2], _normal_constants(p, c))
-    _read_sensor(state, 0.0, p)
+    _read_sensor(state, 0.0, p, c)
 
 
 @njit(cache=True, error_model="numpy")
@@ -128,23 +128,23 @@ def advance(
         s_switch = crossing(height, h)
     start, c = state[TIME] - state[BEGAN], constants(p)
     along, across = path_of_probe(state, motion, 0, h), path_of_probe(state, motion, 1, h)
-    n, load = _normal_constants(p, c), height
+    load = height
     for part in range(2):  # before the contact changes and after it: a loop, as what it calls is long to compile
         s, s_end, touches = (0.0, s_switch, before) if part == 0 else (s_switch, h, after)
         if part == 1 and after and not before:
             touch(state, BODY, along, s_switch, c)
             touch(state, BODY + AXIS_SIZE, across, s_switch, c)
             if c.normal_axis != 0.0:
-                touch_normal(state, NORMAL, height, s_switch, n)
+                touch_normal(state, NORMAL, height, s_switch, _normal_constants(p, c))
         if s < s_end:
             if c.normal_axis != 0.0 and touches:
-                load = press(state, NORMAL, height, s, s_end, start, n)
+                load = press(state, NORMAL, height, s, s_end, start, _normal_constants(p, c))
             _move(state, s, s_end, along, across, load, touches, start, push_x, push_y, c, p)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
     for i in range(6):
         state[PROBE + i] = motion[i]
-    _read_sensor(state, h, p)
+    _read_sensor(state, h, p, c)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -192,8 +192,8 @@ def path_of_probe(state: Array, motion: Array, i: int, h: float) -> Cubic:
 
 @njit(error_model="numpy", forceinline=True)
 def _normal_constants(p: Array, c: Constants) -> Constants:
-    """Those of the normal axis where it stands in the kernel vector for itself, else those of the object."""
-    return constants(p[int(c.normal_axis) + TURN_SIZE :]) if c.normal_axis != 0.0 else c
+    """Those of the normal axis, which stands in the kernel vector for itself."""
+    return constants(p[int(c.normal_axis) + TURN_SIZE :])
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -222,9 +222,8 @@ def _tangential_force(state: Array, i: int, height: Cubic, t: float, c: Constant
 
 
 @njit(error_model="numpy", forceinline=True)
-def _read_sensor(state: Array, h: float, p: Array) -> None:
+def _read_sensor(state: Array, h: float, p: Array, c: Constants) -> None:
     """Let the force sensor read the latest sample, h [s] after the one before."""
-    c = constants(p)
     x, y, z = _forces(state, p, c)
     t = state[TIME] - state[BEGAN]
     if c.normal_axis != 0.0:

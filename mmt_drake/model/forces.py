@@ -104,7 +104,7 @@ def _compiled_numbers(p: Any) -> Any:
     return lambda p: fixed_tuple(p, LAWS)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def constants(p: Array) -> Constants:
     """A kernel vector in plain numbers."""
     address, has_memory, rubs = 0, False, False
