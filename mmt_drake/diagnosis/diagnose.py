@@ -211,12 +211,16 @@ class _Session:
         judgement = self._with_table(problem, nothing, polished)
         if judgement.learned is None and self._is_short() and nothing_stands:
             return refused(self.prepared, self.model, _TOO_LITTLE)
-        best = refit
-        if ruler.of(self.model) < ruler.fitted(refit):  # a refit that predicts worse than what was handed in
-            best = fine.at(refit.hypothesis, refit.hypothesis.base())
+        handed_in = fine.at(refit.hypothesis, refit.hypothesis.base())
+        best = handed_in if ruler.of(self.model) < ruler.fitted(refit) else refit  # a refit may predict worse
         judgement = replace(judgement, best=best, shares=self._shares(ruler, best))
-        if best is refit and nothing_stands and judgement.learned is None and not judgement.untried:
-            judgement = replace(judgement, verdict=gate.without_names(judgement.shares))
+        if nothing_stands and judgement.learned is None and not judgement.untried:
+            verdict = gate.without_names(judgement.shares, standard.left(handed_in), standard.left(refit))
+            better = best is refit and document.parameters(refit, intervals(fine, refit))
+            if verdict == "no_mismatch" or (verdict == "parameters" and not better):
+                verdict = "no_mismatch"
+                judgement = replace(judgement, best=handed_in, shares=self._shares(ruler, handed_in))
+            judgement = replace(judgement, verdict=verdict)
         return outcome_of(self.prepared, self.model, judgement)
 
     def _with_table(self, problem: Problem, judgement: Judgement, tried: Sequence[Fitted]) -> Judgement:

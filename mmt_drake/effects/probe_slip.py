@@ -1,4 +1,4 @@
-"""Friction of the probe's tip on the surface: Amontons' law for a tip that sticks and slips.
+"""Friction of a tip on the surface of a `surface_contact`: Amontons' law for a tip that sticks and slips.
 
 The tangential force of a `surface_contact` is at most mu N, N the load along the surface normal. Below that the tip
 sticks: a spring as stiff as the contact holds it, anchored where it touched. Above it slips, and the anchor is carried

@@ -8,6 +8,7 @@ from trial_samples import model, recorded
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.gate import (
+    COLOURED,
     NAMED,
     NAMELESS,
     NOTHING_LEFT,
@@ -113,10 +114,21 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
     assert with_physics(left, shares, of_refit) == verdict
 
 
-@pytest.mark.parametrize(("nameless", "verdict"), [(0.9 * NAMELESS, "parameters"), (1.1 * NAMELESS, "unexplained")])
-def test_where_no_law_takes_anything_off_next_to_nothing_is_no_reason_to_doubt_the_structure(nameless, verdict):
+@pytest.mark.parametrize(
+    ("nameless", "handed_in", "refit", "verdict"),
+    [
+        (0.9 * NAMELESS, 50.0, 5.0, "parameters"),
+        (1.1 * NAMELESS, 50.0, 5.0, "unexplained"),
+        (1.1 * NAMELESS, 5.0, 5.0, "unexplained"),
+        (0.4, 5.0, 0.9 * COLOURED, "parameters"),
+        (0.4, 0.9 * COLOURED, 0.89 * COLOURED, "no_mismatch"),
+    ],
+)
+def test_where_no_law_takes_anything_off_next_to_nothing_or_as_much_as_noise_is_no_reason_to_doubt_the_structure(
+    nameless, handed_in, refit, verdict
+):
     shares = [BudgetPart("parameters", 1.0 - nameless), BudgetPart("nameless", nameless), BudgetPart("noise", 0.0)]
-    assert without_names(shares) == verdict
+    assert without_names(shares, handed_in, refit) == verdict
 
 
 def test_a_parameter_at_its_bound_is_told_and_one_that_may_vanish_may(standard):

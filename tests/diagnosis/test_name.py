@@ -1,7 +1,9 @@
 """The search names what another engine concealed, one effect or two, and no candidate fits worse without being told."""
 
 import math
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,6 +87,32 @@ def test_what_there_was_no_time_for_is_told_and_not_begun_and_what_promises_most
     found = searched(CUBIC, LAG, watch=watch)
     assert [[f.hypothesis.names for f in level] for level in found.levels] == [[("nonlinear_stiffness",)]]
     assert set(watch.missed) == {"force_bias", "coulomb_friction", "force_lag", "sets of 2 effects"}
+
+
+class HastyAtFirst(Watch):
+    """Its time is over within every share of it, until what was missed is taken up."""
+
+    shares, waits = 0, True
+
+    @contextmanager
+    def within(self, share: float) -> Iterator[None]:
+        self.shares += 1
+        yield
+        self.shares -= 1
+
+    def is_late(self) -> bool:
+        return self.waits and self.shares > 0
+
+    def took_up(self) -> tuple[str, ...]:
+        self.waits = False
+        return super().took_up()
+
+
+def test_where_one_effect_explains_enough_the_time_of_pairs_is_that_of_single_ones_that_were_missed():
+    watch = HastyAtFirst()
+    found = searched(CUBIC, watch=watch)
+    (singles,) = found.levels
+    assert {f.hypothesis.names for f in singles} == {(effect.name,) for effect in SOME} and not watch.missed
 
 
 def test_a_first_answer_with_the_effect_in_it_is_told_once_before_the_search_ends():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numba import njit
+from scipy.signal import lfilter
 
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.effects import LIBRARY
@@ -96,6 +97,17 @@ def test_no_play_is_found_where_there_is_none():
     assert diagnosis.verdict == "parameters" and not diagnosis.effects, diagnosis.summary
     for name in ("ratio", "offset"):
         assert diagnosis.parameters[name].value == pytest.approx(GEARS[name], rel=2e-3)
+
+
+@pytest.mark.parametrize("pole", [0.6, 0.8])
+def test_right_numbers_under_noise_that_is_not_white_are_no_mismatch_and_the_page_says_what_is_left(pole):
+    white = 4.0 * NOISE * np.random.default_rng(5).standard_normal(len(TIME))
+    coloured = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], white)
+    recording = completed(TIME, {"input": INPUT, "output": geared(TIME, INPUT, 0.0, 10) + coloured}, "gears")
+    diagnosis = said(recording, **GEARS).diagnosis
+    assert diagnosis.tried > 0  # more is left than white noise would leave
+    assert diagnosis.verdict == "no_mismatch" and not diagnosis.parameters, diagnosis.summary
+    assert "more than white noise" in diagnosis.summary
 
 
 def test_slow_play_may_as_well_be_friction_and_the_offset_need_not_be_known():

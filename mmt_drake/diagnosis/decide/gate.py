@@ -17,6 +17,8 @@ NO_MISMATCH = 0.5
 """A nominal model is right if what it leaves beyond the noise is below this part of the sensor's own noise."""
 NOTHING_LEFT = 0.35
 """A fit explains everything if what it leaves beyond the noise is below this part of the sensor's own noise."""
+COLOURED = 1.0
+"""Where it follows nothing, noise that is not white may leave so much of right equations beyond the floor."""
 GAIN = 0.35
 """An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise."""
 NAMELESS = 0.02
@@ -99,16 +101,19 @@ def without_physics(nominal_left: float, refit_left: float) -> Verdict | None:
     return "parameters" if refit_left <= NOTHING_LEFT else None
 
 
-def without_names(shares: Sequence[BudgetPart]) -> Verdict:
+def without_names(shares: Sequence[BudgetPart], nominal_left: float, refit_left: float) -> Verdict:
     """The verdict where no effect of the library explains what a refit leaves by more than chance, nor a table does.
 
     Noise of sensors is seldom white, so that a right model leaves more than the floor. What follows no signal, and is
-    next to nothing of the error, is no reason to doubt the structure.
+    next to nothing of the error or no more than the noise itself, is no reason to doubt the structure.
 
     Args:
-        shares: the budget of the refit.
+        shares: the budget of what predicts better, the refit or what was handed in.
+        nominal_left, refit_left: what either leaves, see `NoiseReference.left`.
     """
-    return "parameters" if _of_nameless(shares) <= NAMELESS else "unexplained"
+    if min(nominal_left, refit_left) > COLOURED and _of_nameless(shares) > NAMELESS:
+        return "unexplained"
+    return "no_mismatch" if nominal_left**2 - refit_left**2 <= NO_MISMATCH**2 else "parameters"
 
 
 def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> Verdict:

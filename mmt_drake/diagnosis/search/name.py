@@ -77,6 +77,8 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
                 levels[-1] = best_of_each([*levels[-1], *random_restarts(setup, pruned)])
         levels.append(best_of_each([*found, *(s.fitted for s in screened)]))
         if enough(found[0]):
+            if level == 0:
+                levels[-1] = _made_up(setup, tries, levels[-1])
             break
         if level + 1 < most and setup.watch.is_late():
             setup.watch.miss([f"sets of {level + 2} effects"])
@@ -87,6 +89,16 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
         if not seeds or _is_chance(problem, before, seeds[:_ASKED], len(levels[-1])):
             break
     return levels
+
+
+def _made_up(setup: SearchSetup, tries: Sequence[Start], found: Sequence[Fitted]) -> list[Fitted]:
+    """With single effects that there was no time for: what sets of more would have had is left to them."""
+    if setup.watch.is_late():
+        return list(found)
+    missed = setup.watch.took_up()
+    waiting = [start for start in tries if start.name in missed]
+    screened = screen(setup, waiting) if waiting else []
+    return best_of_each([*found, *(s.fitted for s in screened)])
 
 
 def _seeds(found: Sequence[Fitted], before: float) -> list[Fitted]:

@@ -137,6 +137,12 @@ class Watch:
         """Note what there was no time for."""
         self._missed.update(dict.fromkeys(what))
 
+    def took_up(self) -> tuple[str, ...]:
+        """What there was no time for, and is tried now."""
+        missed = self.missed
+        self._missed.clear()
+        return missed
+
     @property
     def missed(self) -> tuple[str, ...]:
         """What there was no time for: effects, sets of them in words."""

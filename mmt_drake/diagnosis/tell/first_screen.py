@@ -54,7 +54,7 @@ def lead(diagnosis: Diagnosis) -> str:
 def _sure(d: Diagnosis) -> Iterable[str]:
     match d.verdict:
         case "no_mismatch":
-            yield "What the model leaves is no more than the noise of the sensors."
+            yield beyond_white(d) or "What the model leaves is no more than the noise of the sensors."
         case "parameters":
             yield "With other values the same equations explain the recording; no physics is missing."
             yield beyond_white(d)

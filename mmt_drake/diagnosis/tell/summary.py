@@ -72,23 +72,27 @@ def _verdict(d: Diagnosis) -> str:
     others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
     left_out = f"The model leaves out {_listed(e for e in d.effects if e.name != TABULATED)}"
     tables = [f"over the {words(str(e.parameters['of'].value))}" for e in d.effects if e.name == TABULATED]
+    white = beyond_white(d)
     rest = f"; a table {tables[0]} takes some of that" if tables else ""
     said: dict[Verdict, str] = {
-        "no_mismatch": "The nominal model explains the recording to its noise; nothing needs to be changed.",
-        "parameters": f"The structure is right, but values were not: {changes}. {beyond_white(d)}".rstrip(),
+        "no_mismatch": f"The nominal model explains the recording to its noise; nothing needs to be changed. {white}",
+        "parameters": f"The structure is right, but values were not: {changes}. {white}",
         "missing_physics": f"{left_out}.",
         "partly_explained": f"{left_out}, and more that nobody has named{rest}.",
         "ambiguous": f"{left_out}; these recordings cannot tell it from {others}.",
         "unexplained": real,
         "insufficient_data": d.summary,
     }
-    return said[d.verdict]
+    return said[d.verdict].rstrip()
 
 
 def beyond_white(d: Diagnosis) -> str:
-    """That a refit leaves more than white noise does, in a sentence; nothing where it does not."""
-    left, floor = (None, None) if d.fit is None else (d.fit.heldout_nrmse.refit, d.fit.noise_floor)
-    if left is None or floor is None or left <= _WHITE * floor:
+    """That a refit, or what needs none, leaves more than white noise does, in a sentence; nothing where it does not."""
+    left = floor = None
+    if d.fit is not None:
+        errors, floor = d.fit.heldout_nrmse, d.fit.noise_floor
+        left = errors.nominal if d.verdict == "no_mismatch" else errors.refit
+    if left is None or floor is None or left <= _WHITE * floor or not d.tried:
         return ""
     return "What is left is more than white noise of the sensors, but follows no signal and no law of the library."
 
