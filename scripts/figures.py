@@ -23,9 +23,9 @@ from mmt_drake.processors import processors
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs" / "figures"
-BENCHES = {"bench": partial(bench_study, "quick"), "bench-faults": partial(faults_study, 2)}
+BENCHES = {"bench": partial(bench_study, "quick"), "bench-faults": partial(faults_study, 5)}
 BENCHES |= {f"bench-{group}": partial(bench_study, group) for group in GROUPS if group != "quick"}
-OPTIONS = {"bench-faults": " --moments 2"}
+OPTIONS = {"bench-faults": " --moments 5"}
 _REAL = (
     *("emps", "silverbox", "bam_servo", "mr_damper", "brfd_friction_damper", "davinci_tool", "hsm150_motor"),
     *("carter_pendulum", "ur10e_jointwise", "kinova_gen3_joint7", "pork_indentation", "silicone_tensile"),
