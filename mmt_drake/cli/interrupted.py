@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mmt_drake.recording.atomic import replacing, writing
-
 FILE = "interrupted.json"
 
 
@@ -22,6 +20,8 @@ def known_kept(folder: Path, command: str) -> Iterator[None]:
         KeyboardInterrupt: interrupted; its text says what is known, and names the file.
         BadInput: the file cannot be written.
     """
+    # Imported where needed, so that help comes at once.
+    from mmt_drake.analysis.plotting import write_whole
     from mmt_drake.diagnosis.search.watch import Interrupted
 
     path = folder / FILE
@@ -31,9 +31,7 @@ def known_kept(folder: Path, command: str) -> Iterator[None]:
         if not interrupt.left:
             raise
         known = {"command": command, "error_over_noise": interrupt.left, "untried": interrupt.untried}
-        with writing(folder):
-            folder.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as temporary:
-            temporary.write_text(f"{json.dumps(known, indent=2, ensure_ascii=False, allow_nan=False)}\n")
+        text = json.dumps(known, indent=2, ensure_ascii=False, allow_nan=False)
+        write_whole(path, f"{text}\n".encode())
         raise KeyboardInterrupt(f"{interrupt}; written: {path}") from None
     path.unlink(missing_ok=True)

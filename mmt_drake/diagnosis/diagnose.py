@@ -215,10 +215,10 @@ class _Session:
         best = handed_in if ruler.of(self.model) < ruler.fitted(refit) else refit  # a refit may predict worse
         judgement = replace(judgement, best=best, shares=self._shares(ruler, best))
         if nothing_stands and judgement.learned is None and not judgement.untried:
-            verdict = gate.without_names(judgement.shares, standard.left(handed_in), standard.left(refit))
-            better = best is refit and document.parameters(refit, intervals(fine, refit))
-            if verdict == "no_mismatch" or (verdict == "parameters" and not better):
-                verdict = "no_mismatch"
+            changed = best is refit and bool(document.parameters(refit, intervals(fine, refit)))
+            left = standard.left(handed_in), standard.left(refit)
+            verdict = gate.without_names(judgement.shares, *left, changed)
+            if verdict == "no_mismatch":
                 judgement = replace(judgement, best=handed_in, shares=self._shares(ruler, handed_in))
             judgement = replace(judgement, verdict=verdict)
         return outcome_of(self.prepared, self.model, judgement)

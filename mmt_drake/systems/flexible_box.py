@@ -120,7 +120,7 @@ def _read_on(
     _put_readout(now, motion, p, noisy, sigma, seed, out)
 
 
-@njit()
+@njit(cache=True)
 def _put_readout(now: Array, motion: Array, p: Array, noisy: float, sigma: Array, seed: int, out: Array) -> None:
     now[_STARTED] = 1.0
     read = out[FORCE : FORCE + 3]  # first what the sensor reads, in the end the force itself
@@ -206,22 +206,20 @@ class FlexibleBox(SurfaceSystem):
             raise BadInput("environment", at="object.effects", found="effects", expected=expected)
         self._p = model.kernel_vector()
         self._shape = np.zeros(0) if shape is None else shape.packed()
-        self._sigma = np.array([noise.position, noise.velocity, noise.force])
-        self._noisy = bool(self._sigma.any())
-        self._seed = int(noise.seed)
+        sigma = np.array([noise.position, noise.velocity, noise.force])
+        self._sensors = (bool(sigma.any()), sigma, int(noise.seed))
         self.declare_inputs("motion", contact=1 if told_contact else 0)
         self.declare_readout(PORT_SIZES, np.zeros(_MEMORY_SIZE), period)
         moves = shape is None or shape.fixed_to == "body"
-        self.declare_surface(surface, cloud_period, cloud_noise, self._seed + 1, _MEMORY + _TICK, moves)
+        self.declare_surface(surface, cloud_period, cloud_noise, int(noise.seed) + 1, _MEMORY + _TICK, moves)
         self.compile_kernels()
 
     def _compute(self, t: float, memory: Array, out: Array, motion: Array, contact: Array | None) -> None:
         touching = box.CONTACT_BY_GEOMETRY if contact is None else contact[0]
-        p, sensors = self._p, (self._noisy, self._sigma, self._seed)
         if len(self._shape):
-            _read_on(memory, t, motion, touching, p, self._shape, *sensors, out)
+            _read_on(memory, t, motion, touching, self._p, self._shape, *self._sensors, out)
         else:
-            _read(memory, t, motion, touching, p, *sensors, out)
+            _read(memory, t, motion, touching, self._p, *self._sensors, out)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         super()._update(context, state)

@@ -28,8 +28,8 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("part", bench.GROUPS["quick"])
 def test_every_part_of_the_bench_measures_figures(part: str) -> None:
-    measured = [*import_module(f"mmt_drake.diagrams.proof.bench.{part}").measurements()]
-    assert measured and all(np.isfinite(one.value) for one in measured)
+    figures = [*import_module(f"mmt_drake.diagrams.proof.bench.{part}").measurements()]
+    assert figures and all(np.isfinite(one.value) for one in figures)
 
 
 @pytest.mark.usefixtures("quick")

@@ -115,20 +115,28 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
 
 
 @pytest.mark.parametrize(
-    ("nameless", "handed_in", "refit", "verdict"),
+    ("nameless", "handed_in", "refit", "changed", "verdict"),
     [
-        (0.9 * NAMELESS, 50.0, 5.0, "parameters"),
-        (1.1 * NAMELESS, 50.0, 5.0, "unexplained"),
-        (1.1 * NAMELESS, 5.0, 5.0, "unexplained"),
-        (0.4, 5.0, 0.9 * COLOURED, "parameters"),
-        (0.4, 0.9 * COLOURED, 0.89 * COLOURED, "no_mismatch"),
+        (0.9 * NAMELESS, 50.0, 5.0, True, "parameters"),
+        (1.1 * NAMELESS, 50.0, 5.0, True, "unexplained"),
+        (1.1 * NAMELESS, 5.0, 5.0, True, "unexplained"),
+        (0.4, 5.0, 0.9 * COLOURED, True, "parameters"),
+        (0.4, 0.9 * COLOURED, 0.89 * COLOURED, True, "no_mismatch"),
+        (0.4, 1.1 * COLOURED, 0.9 * COLOURED, False, "no_mismatch"),
+        (
+            0.4,
+            5.0,
+            0.9 * COLOURED,
+            False,
+            "unexplained",
+        ),  # what was handed in is far off, and no other numbers are told
     ],
 )
 def test_where_no_law_takes_anything_off_next_to_nothing_or_as_much_as_noise_is_no_reason_to_doubt_the_structure(
-    nameless, handed_in, refit, verdict
+    nameless, handed_in, refit, changed, verdict
 ):
     shares = [BudgetPart("parameters", 1.0 - nameless), BudgetPart("nameless", nameless), BudgetPart("noise", 0.0)]
-    assert without_names(shares, handed_in, refit) == verdict
+    assert without_names(shares, handed_in, refit, changed) == verdict
 
 
 def test_a_parameter_at_its_bound_is_told_and_one_that_may_vanish_may(standard):

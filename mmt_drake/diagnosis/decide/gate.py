@@ -101,7 +101,7 @@ def without_physics(nominal_left: float, refit_left: float) -> Verdict | None:
     return "parameters" if refit_left <= NOTHING_LEFT else None
 
 
-def without_names(shares: Sequence[BudgetPart], nominal_left: float, refit_left: float) -> Verdict:
+def without_names(shares: Sequence[BudgetPart], nominal_left: float, refit_left: float, changed: bool) -> Verdict:
     """The verdict where no effect of the library explains what a refit leaves by more than chance, nor a table does.
 
     Noise of sensors is seldom white, so that a right model leaves more than the floor. What follows no signal, and is
@@ -110,10 +110,14 @@ def without_names(shares: Sequence[BudgetPart], nominal_left: float, refit_left:
     Args:
         shares: the budget of what predicts better, the refit or what was handed in.
         nominal_left, refit_left: what either leaves, see `NoiseReference.left`.
+        changed: whether the refit predicts better, and its numbers are others than those handed in.
     """
     if min(nominal_left, refit_left) > COLOURED and _of_nameless(shares) > NAMELESS:
         return "unexplained"
-    return "no_mismatch" if nominal_left**2 - refit_left**2 <= NO_MISMATCH**2 else "parameters"
+    gain = nominal_left**2 - refit_left**2
+    if changed and gain > NO_MISMATCH**2:
+        return "parameters"
+    return "no_mismatch" if gain <= COLOURED**2 else "unexplained"
 
 
 def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> Verdict:
