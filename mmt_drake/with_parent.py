@@ -1,15 +1,19 @@
-"""Ends a worker's process when the one that started it is gone, however that went."""
+"""Ends a worker's process when the one that started it is gone, however that went, or wants it gone."""
 
 import multiprocessing
 import os
 import threading
-from multiprocessing.connection import wait
+from collections.abc import Sequence
+from multiprocessing.connection import Connection, wait
 
 _STATUS = 1  # of the process; nobody is there to read it
 
 
-def end_with_parent() -> None:
+def end_with_parent(*pipes: Connection) -> None:
     """Have this process end at once when its parent does; to be called in a child that `multiprocessing` started.
+
+    Args:
+        pipes: of which the parent holds the other ends; it also ends when one of those is closed.
 
     A worker of a pool waits for ever for work that a killed parent cannot hand out, or goes on with what it has. The
     parent holds one end of a pipe open, of which this process watches the other: the kernel closes it whatever ends
@@ -18,9 +22,9 @@ def end_with_parent() -> None:
     """
     parent = multiprocessing.parent_process()
     if parent is not None:
-        threading.Thread(target=_end_after, args=(parent.sentinel,), name="with parent", daemon=True).start()
+        threading.Thread(target=_end_after, args=([parent.sentinel, *pipes],), name="with parent", daemon=True).start()
 
 
-def _end_after(sentinel: int) -> None:
-    wait([sentinel])
+def _end_after(ends: Sequence[int | Connection]) -> None:
+    wait(ends)
     os._exit(_STATUS)  # not the thread alone, and no handler of an exit that would wait for the others

@@ -20,10 +20,9 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +40,6 @@ from mmt_drake.cli.output import add_json, console, on_terminal, print_json, say
 from mmt_drake.cli.progress import progress
 from mmt_drake.errors import BadInput
 from mmt_drake.processors import processors
-from mmt_drake.with_parent import end_with_parent
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.proof.studies import Study
@@ -159,13 +157,13 @@ def diagnose_case(folder: Path, time_budget: float = math.inf, effects: Sequence
 def _processes(jobs: int | None, cluster: str | None) -> Iterator[Executor]:
     """Workers for whole cases: processes here, or those of a cluster."""
     from mmt_drake.diagnosis.fit.workers import workers
+    from mmt_drake.diagrams.proof.studies.processes import processes
 
     if cluster is not None:
         with workers(jobs, cluster) as executor:
             yield executor
         return
-    spawn = get_context("spawn")
-    with ProcessPoolExecutor(jobs or processors(), spawn, initializer=end_with_parent) as executor:
+    with processes(jobs or processors()) as executor:
         yield executor
 
 

@@ -1,9 +1,11 @@
 """Work of one kind, done by several processes at the same time."""
 
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from typing import TypeVar
 
 from mmt_drake.diagrams.proof.studies.study import Progress, unheard
@@ -36,20 +38,38 @@ def results_of(
     if compile_first:
         first = results_of(tasks[:1], 1, progress)
         return first + results_of(tasks[1:], jobs, lambda done: progress(done + 1))
-    # Spawned, not forked: libraries below have threads of their own by now.
-    with ProcessPoolExecutor(min(jobs, len(tasks)), get_context("spawn"), _begin) as pool:
+    with processes(min(jobs, len(tasks))) as pool:
         futures = [pool.submit(task) for task in tasks]
-        try:
-            for done, future in enumerate(as_completed(futures), 1):
-                future.result()
-                progress(done)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)  # what has begun is brought to an end, so no file stays half
-            raise
+        for done, future in enumerate(as_completed(futures), 1):
+            future.result()
+            progress(done)
         return [future.result() for future in futures]
 
 
-def _begin() -> None:
+@contextmanager
+def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """So many processes to work with. After an error what has begun is brought to an end; Ctrl-C ends it at once.
+
+    What a worker writes is whole or not there (`mmt_drake.recording.atomic`), so nothing is lost but the work.
+
+    Args:
+        jobs: processes.
+    """
+    # Spawned, not forked: libraries below have threads of their own by now.
+    context = get_context("spawn")
+    theirs, ours = context.Pipe(duplex=False)
+    with theirs, ours, ProcessPoolExecutor(jobs, context, _begin, (theirs,)) as pool:
+        try:
+            yield pool
+        except KeyboardInterrupt:
+            ours.close()
+            raise
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _begin(pipe: Connection) -> None:
     """Of a worker: the parent decides what Ctrl-C ends; without it nobody does."""
-    end_with_parent()
+    end_with_parent(pipe)
     signal.signal(signal.SIGINT, signal.SIG_IGN)

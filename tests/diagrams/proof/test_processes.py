@@ -26,5 +26,16 @@ def test_an_error_keeps_what_has_not_begun_from_beginning() -> None:
     assert time.monotonic() - start < 15.0  # half of what all would take
 
 
+def test_ctrl_c_does_not_wait_for_what_has_begun() -> None:
+    def interrupted(_: float) -> None:
+        raise KeyboardInterrupt
+
+    waits: list[Callable[[], object]] = [partial(time.sleep, 60.0) for _ in range(3)]
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        results_of([partial(math.factorial, 3), *waits], 2, interrupted)
+    assert time.monotonic() - start < 30.0  # most of it until the workers have begun
+
+
 def test_without_tasks_there_are_no_results() -> None:
     assert results_of([], 4) == []
