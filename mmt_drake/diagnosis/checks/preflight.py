@@ -9,8 +9,8 @@ from mmt_drake.diagnosis.checks.excitation import AxisMotion, excitation_finding
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.checks.plausibility import drive_findings, sign_findings, unit_findings
 from mmt_drake.diagnosis.checks.sensors import bias_findings, channel_findings, clock_findings, noise_findings
-from mmt_drake.diagnosis.signals.columns import channels_of
-from mmt_drake.diagnosis.signals.smoother import Smoothed, smooth
+from mmt_drake.diagnosis.signals.columns import Columns, channels_of
+from mmt_drake.diagnosis.signals.smoother import Smoothed, on_even_clock, smooth
 from mmt_drake.diagnosis.signals.touches import raw_flags
 from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -38,6 +38,7 @@ class Preflight:
         outputs: columns of `Smoothed.output` that belong to these axes.
         motions: how each tangential axis, the one axis or the output moves.
         smoothed: the recording, as every check saw it.
+        columns: of the recording, which that was made of.
     """
 
     recording: Recording
@@ -46,6 +47,7 @@ class Preflight:
     outputs: tuple[int, ...]
     motions: tuple[AxisMotion, ...]
     smoothed: Smoothed
+    columns: Columns
 
     @property
     def reason(self) -> str | None:
@@ -85,11 +87,13 @@ def preflight(recording: Recording, model: Model) -> Preflight:
         BadInput: the model does not belong to this kind of recording, or `smooth` refuses it.
     """
     check_belongs(recording, model)
-    smoothed = smooth(recording)
+    columns = on_even_clock(recording)
+    smoothed = smooth(recording, columns=columns)
     foreign = _foreign_rates(recording, smoothed)
     if foreign:
         recording = _without_rates(recording)
-        smoothed = smooth(recording)
+        columns = on_even_clock(recording)
+        smoothed = smooth(recording, columns=columns)
     channels = channels_of(recording)
     moved = motions(smoothed)
     axes = {"contact": AXES[:2], "single_axis": ("position",), "driven_body": ("output",)}[smoothed.kind]
@@ -97,19 +101,19 @@ def preflight(recording: Recording, model: Model) -> Preflight:
     findings = foreign + clock_findings(smoothed) + excitation_findings(smoothed, moved, axes)
     if used:
         noise_z = smoothed.noise["position_z"].std if smoothed.kind == "contact" else 0.0
-        columns = tuple(channels.outputs[i] for i in used)
+        answers = tuple(channels.outputs[i] for i in used)
         if isinstance(model, SurfaceContact):
-            columns = channels.outputs[2:]  # a tip that glides freely over a level surface feels nothing else
-        channel = dict.fromkeys(columns, True) | ({"force_z": False} if smoothed.kind == "contact" else {})
+            answers = channels.outputs[2:]  # a tip that glides freely over a level surface feels nothing else
+        channel = dict.fromkeys(answers, True) | ({"force_z": False} if smoothed.kind == "contact" else {})
         sensors = channel_findings(recording, channel, raw_flags(recording, noise_z))
         conventions = _conventions(recording, model, smoothed, used, sensors)
         findings += conventions + sensors
         if not _out_of_step(conventions):  # else free space is none, and what is read off it misleads
             findings += bias_findings(smoothed, channels.outputs)
-            findings += noise_findings(smoothed, channels.outputs, columns)
+            findings += noise_findings(smoothed, channels.outputs, answers)
     order = ("refuse", "warn", "note")
     findings.sort(key=lambda finding: order.index(finding.severity))
-    return Preflight(recording, tuple(findings), tuple(axes[i] for i in used), used, moved, smoothed)
+    return Preflight(recording, tuple(findings), tuple(axes[i] for i in used), used, moved, smoothed, columns)
 
 
 def _rates(recording: Recording) -> list[str]:

@@ -107,7 +107,8 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
             driven = isinstance(model, PositionOut)
             rates = (FINE_RATE_HZ, DRIVEN_RATE_HZ) if driven else (None, FINE_RATE_HZ)
             for found, rate in zip((tracks, fine), rates, strict=True):
-                finer = _as_far_as_known(recording, smoothed if rate is None else smooth(recording, rate_hz=rate))
+                finer = smoothed if rate is None else smooth(recording, rate_hz=rate, columns=check.columns)
+                finer = _as_far_as_known(recording, finer)
                 same = np.interp(finer.time, smoothed.time, heldout.astype(np.float64)) > 0.5
                 columns = [*check.outputs, *([NORMAL_COLUMN] if smoothed.kind == "contact" else [])]
                 if isinstance(model, SurfaceContact):

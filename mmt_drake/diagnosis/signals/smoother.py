@@ -106,7 +106,20 @@ class Smoothed:
         return self.low_pass.apply(simulated, self.rate_hz)
 
 
-def smooth(recording: Recording, *, band_hz: float | None = None, rate_hz: float = RATE_HZ) -> Smoothed:
+def on_even_clock(recording: Recording) -> Columns:
+    """The columns of a recording that a diagnosis reads, on an even clock.
+
+    Raises:
+        BadInput: a recording without forces, of fewer than 8 samples, or whose clock jumps (`clock_of`).
+    """
+    if len(recording) < 8:
+        raise BadInput(recording.source, found=f"{len(recording)} samples", expected="at least 8")
+    return Columns.of(recording, clock_of(recording.time, recording.source))
+
+
+def smooth(
+    recording: Recording, *, band_hz: float | None = None, rate_hz: float = RATE_HZ, columns: Columns | None = None
+) -> Smoothed:
     """Smooth a recording.
 
     Args:
@@ -115,17 +128,15 @@ def smooth(recording: Recording, *, band_hz: float | None = None, rate_hz: float
             Infinity filters nothing, and so does a band beyond a quarter of the recording's rate or a recording too
             short for the filter.
         rate_hz: wanted rate of the clock; the recording's own over an integer, and 12 times the band at least.
+        columns: the recording's `on_even_clock`, where they are known already.
 
     Raises:
-        BadInput: a recording without forces, of fewer than 8 samples, or whose clock jumps (`clock_of`).
+        BadInput: as `on_even_clock`.
     """
-    if len(recording) < 8:
-        raise BadInput(recording.source, found=f"{len(recording)} samples", expected="at least 8")
-    clock = clock_of(recording.time, recording.source)
-    columns = Columns.of(recording, clock)
+    columns = columns or on_even_clock(recording)
     bands = columns.bands(band_hz)
     low_pass, band = LowPass(bands.comparison_hz), bands.comparison_hz
-    every = 1 if low_pass.is_identity else max(1, int(clock.rate_hz / max(rate_hz, OVERSAMPLING * band) + 1e-9))
+    every = 1 if low_pass.is_identity else max(1, int(columns.clock.rate_hz / max(rate_hz, OVERSAMPLING * band) + 1e-9))
     return _smoothed(recording, columns, low_pass, bands, every)
 
 
