@@ -80,7 +80,7 @@ def main(arguments: argparse.Namespace) -> int:
                 raise BadInput(f"--{name}", found="--fuzz beside it", expected="one of both")
         return _fuzz(60.0 * arguments.fuzz, arguments.json)
     if arguments.group == FAULTS:
-        report = _run(_faults(arguments), "kinds tried", arguments.json)
+        report = _run(_faults(arguments), "places done", arguments.json)
     else:
         report = _run(_figures(arguments), "figures measured", arguments.json)
     print_json(report.document) if arguments.json else print(report.sentences[-1])
@@ -112,15 +112,21 @@ def _faults(arguments: argparse.Namespace) -> Study:
 
 
 def _run(study: Study, steps: str, json: bool) -> Report:
-    """Run a study, each of its lines printed as it comes; where a document follows, how many on a terminal's stderr."""
+    """Run a study, each of its lines printed as it comes; a terminal also shows how many of how many.
+
+    No bar: its thread would show in what is measured.
+    """
     from mmt_drake.diagrams.proof.studies import Asked
 
-    def count(done: float) -> None:
-        if json and sys.stderr.isatty():
-            print(f"{done:g} {steps}", end="\r", file=sys.stderr)
+    asked = Asked(Path(), say=(lambda line: None) if json else partial(print, flush=True))
+    total = study.steps(asked)
 
-    say = (lambda line: None) if json else partial(print, flush=True)
-    return study.run(Asked(Path(), say=say), count)
+    def count(done: float) -> None:
+        if sys.stderr.isatty():
+            print(f"{done:g} of {total:g} {steps}", end="\r", file=sys.stderr, flush=True)
+
+    count(0)
+    return study.run(asked, count)
 
 
 def _fuzz(seconds: float, json: bool) -> int:

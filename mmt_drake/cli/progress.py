@@ -48,6 +48,7 @@ def progress(
         TimeRemainingColumn(),
         console=Console(stderr=True),
         transient=True,
+        redirect_stdout=sys.stdout.isatty(),  # else what belongs into a file would be shown beside the bar
     )
     with bar:
         task = bar.add_task(escape(printable(description)), total=total, amount="")
@@ -120,5 +121,6 @@ def working(description: str, seconds: float = math.inf) -> Iterator[Stages]:
 
     stage = BarColumn(20), TextColumn("{task.description}", markup=False), TextColumn("{task.fields[then]}")
     columns = (TextColumn(description), Elapsed(), *stage)
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    to_screen = sys.stdout.isatty()  # else what belongs into a file would be shown beside the bar
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=to_screen) as bar:
         yield Stages(bar)

@@ -1,6 +1,8 @@
 """`mmt-drake bench`: real measurements of the quick kind, printed as the contract has them."""
 
+import io
 import json
+import sys
 from functools import cache
 from importlib import import_module
 
@@ -26,10 +28,19 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "measurements", lambda group: iter(measured()))
 
 
-@pytest.mark.parametrize("part", bench.GROUPS["quick"])
-def test_every_part_of_the_bench_measures_figures(part: str) -> None:
+@pytest.mark.parametrize(("part", "count"), bench.GROUPS["quick"].items())
+def test_every_part_of_the_bench_measures_as_many_figures_as_are_announced(part: str, count: int) -> None:
     figures = [*import_module(f"mmt_drake.diagrams.proof.bench.{part}").measurements()]
-    assert figures and all(np.isfinite(one.value) for one in figures)
+    assert len(figures) == count and all(np.isfinite(one.value) for one in figures)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_terminal_shows_how_many_figures_are_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = io.StringIO()
+    monkeypatch.setattr(screen, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stderr", screen)
+    assert main(["bench"]) == 0
+    assert screen.getvalue().startswith("0 of 39 figures measured\r1 of 39 figures measured\r")
 
 
 @pytest.mark.usefixtures("quick")

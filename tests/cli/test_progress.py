@@ -4,7 +4,9 @@ import io
 import sys
 import time
 
-from mmt_drake.cli.progress import working
+import pytest
+
+from mmt_drake.cli.progress import progress, working
 from mmt_drake.diagnosis.search.watch import Stage
 
 SHOWN = 0.3  # [s] after which all of it has been on the screen
@@ -42,3 +44,13 @@ def test_a_stage_says_how_far_it_is_and_what_is_left(monkeypatch):
 
 def test_a_pipe_shows_nothing(monkeypatch):
     assert shown(monkeypatch, io.StringIO()) == ""
+
+
+@pytest.mark.parametrize("shown_by", [lambda: progress("work", 3.0), lambda: working("work")])
+def test_what_goes_into_a_file_does_not_go_to_the_bar(monkeypatch, shown_by):
+    screen, file = Terminal(), io.StringIO()
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(sys, "stdout", file)
+    with shown_by():
+        print("a result")
+    assert file.getvalue() == "a result\n" and "a result" not in screen.getvalue()
