@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from typing import ParamSpec, TypeVar
@@ -42,6 +42,19 @@ class BadInput(MmtError, ValueError):
     def __reduce__(self) -> tuple[Callable[..., BadInput], tuple[object, ...]]:
         """Errors travel between processes."""
         return partial(BadInput, found=self.found, expected=self.expected, at=self.at), (self.source,)
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C in the midst of long work; its text is what was known by then.
+
+    Args:
+        said: that text.
+        known: the same as plain values, dataclasses and arrays; none: nothing was known.
+    """
+
+    def __init__(self, said: str, known: Mapping[str, object] | None = None) -> None:
+        super().__init__(said)
+        self.known = dict(known or {})
 
 
 def printable(text: str) -> str:

@@ -41,6 +41,7 @@ from pathlib import Path
 
 from rich.markup import escape
 
+from mmt_drake.cli.interrupted import known_kept
 from mmt_drake.cli.options import seconds, seed
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import progress
@@ -81,7 +82,8 @@ def main(arguments: argparse.Namespace) -> int:
         raise BadInput(f"experiment {which}", found=", ".join(others), expected=f"no option but {expected}")
     out = Path(arguments.out or f"out/{f'experiment{which}' if which.isdigit() else which}")
     asked = Asked(out, **given, jobs=processors())
-    with progress(study.label, study.steps(asked), simulated=study.simulated) as update:
+    shown = progress(study.label, study.steps(asked), simulated=study.simulated)
+    with known_kept(out, arguments.command_line), shown as update:
         report = study.run(asked, update)
     page = report.write(out)
     if arguments.json:

@@ -26,6 +26,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mmt_drake.cli.interrupted import known_kept
 from mmt_drake.cli.options import (
     TIME_BUDGET_S,
     add_effects,
@@ -85,7 +86,7 @@ def main(arguments: argparse.Namespace) -> int:
     jobs = arguments.jobs or processors()
     asked = Asked(Path(arguments.out), seed=arguments.seed, jobs=jobs, say=target.print)
     study = trial_study(arguments)
-    with progress(study.label, study.steps(asked)) as update:
+    with known_kept(asked.out, arguments.command_line), progress(study.label, study.steps(asked)) as update:
         report = study.run(asked, update)
     if arguments.json:
         print_json(report.document)

@@ -1,14 +1,15 @@
 """Work of one kind, done by several processes at the same time."""
 
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
 from mmt_drake.diagrams.proof.studies.study import Progress, unheard
+from mmt_drake.errors import Interrupted
 from mmt_drake.with_parent import end_with_parent
 
 T = TypeVar("T")
@@ -28,22 +29,32 @@ def results_of(
 
     Raises:
         Exception: whatever a task raises; those that have not begun by then are not begun.
+        Interrupted: with the results by then.
     """
-    if jobs == 1 or not tasks:
-        found = []
-        for task in tasks:
-            found.append(task())
-            progress(len(found))
-        return found
-    if compile_first:
-        first = results_of(tasks[:1], 1, progress)
-        return first + results_of(tasks[1:], jobs, lambda done: progress(done + 1))
-    with processes(min(jobs, len(tasks))) as pool:
-        futures = [pool.submit(task) for task in tasks]
-        for done, future in enumerate(as_completed(futures), 1):
-            future.result()
-            progress(done)
-        return [future.result() for future in futures]
+    found = dict[int, T]()
+    try:
+        with closing(_results(tasks, jobs, compile_first)) as results:
+            for number, result in results:
+                found[number] = result
+                progress(len(found))
+    except KeyboardInterrupt:
+        known = {"of": len(tasks), "results": [found[number] for number in sorted(found)]}
+        raise Interrupted(f"{len(found)} of {len(tasks)} done", known if found else None) from None
+    return [found[number] for number in range(len(tasks))]
+
+
+def _results(tasks: Sequence[Callable[[], T]], jobs: int, compile_first: bool) -> Generator[tuple[int, T]]:
+    """The number of each task and what it returns, as they come."""
+    alone = len(tasks) if jobs == 1 else int(compile_first)
+    for number, task in enumerate(tasks[:alone]):
+        yield number, task()
+    rest = tasks[alone:]
+    if not rest:
+        return
+    with processes(min(jobs, len(rest))) as pool:
+        numbers = {pool.submit(task): number for number, task in enumerate(rest, alone)}
+        for future in as_completed(numbers):
+            yield numbers[future], future.result()
 
 
 @contextmanager
@@ -61,7 +72,7 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
     with theirs, ours, ProcessPoolExecutor(jobs, context, _begin, (theirs,)) as pool:
         try:
             yield pool
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, GeneratorExit):
             ours.close()
             raise
         except BaseException:

@@ -31,7 +31,7 @@ from mmt_drake.diagrams.proof.trial.plants import OWN, PLANTS, Plant
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.diagrams.proof.trial.score import score
 from mmt_drake.diagrams.proof.trial.summary import confusion_picture, document, effects_table, rates_table
-from mmt_drake.errors import BadInput, MmtError, check_number
+from mmt_drake.errors import BadInput, Interrupted, MmtError, check_number
 from mmt_drake.recording import save
 from mmt_drake.recording.atomic import replacing, writing
 
@@ -153,14 +153,20 @@ def run_trial(
 
     Raises:
         BadInput: the folder cannot be written.
+        Interrupted: with the diagnoses by then; the truths stay sealed.
     """
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
     sealed = seal(cases)
     announce(f"sealed {len(cases)} truths, sha256 {sealed}")
-    diagnosed = list(spread(partial(_one, folder=out / "cases", diagnose=diagnose), cases))
+    diagnosed = list[Diagnosed]()
+    try:
+        diagnosed.extend(spread(partial(_one, folder=out / "cases", diagnose=diagnose), cases))
+    except KeyboardInterrupt:
+        known = {"of": len(cases), "diagnoses": _answers(cases, diagnosed)}
+        raise Interrupted(f"{len(diagnosed)} of {len(cases)} diagnosed", known if diagnosed else None) from None
     # The diagnoses are on disk before the truths are.
-    answers = {case.name: answer for case, (answer, _) in zip(cases, diagnosed, strict=True)}
+    answers = _answers(cases, diagnosed)
     _write(out / "diagnoses.json", _indented(answers))
     _write(out / "truths.json", canonical(cases))  # the very text that was sealed
     scores = [score(case.truth(), answer, took) for case, (answer, took) in zip(cases, diagnosed, strict=True)]
@@ -180,6 +186,11 @@ def _one(case: Case, folder: Path, diagnose: Diagnose) -> Diagnosed:
     except (MmtError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError) as error:
         answer = {"verdict": "crashed", "summary": f"{type(error).__name__}: {error}"}
     return answer, time.perf_counter() - start
+
+
+def _answers(cases: Sequence[Case], diagnosed: Sequence[Diagnosed]) -> dict[str, Mapping[str, Any]]:
+    """By the name of a case; of the first ones alone where not all are diagnosed."""
+    return {case.name: answer for case, (answer, _) in zip(cases, diagnosed, strict=False)}
 
 
 def _indented(content: Mapping[str, Any]) -> str:

@@ -2,13 +2,14 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.effects.effect import Effect, Scales
+from mmt_drake.errors import Interrupted
 
 NOTHING = "nothing"
 """The name of no effect at all."""
@@ -37,20 +38,6 @@ class Stage:
         share = f", {self.done} of {self.total}" if self.total else ""
         now = f": {self.now}" if self.now else ""
         return f"{self.name}{share}{now}"
-
-
-class Interrupted(KeyboardInterrupt):
-    """A search that was interrupted; its text is what was known by then.
-
-    Args:
-        said: that text.
-        left: the error over the noise by what explains it, least first; finite.
-        untried: what there had been no time for.
-    """
-
-    def __init__(self, said: str, left: Mapping[str, float], untried: Sequence[str]) -> None:
-        super().__init__(said)
-        self.left, self.untried = dict(left), tuple(untried)
 
 
 OnStage = Callable[[Stage], None]
@@ -128,7 +115,7 @@ class Watch:
     def interrupted(self) -> Interrupted:
         """What is known, for who interrupts."""
         left = {names: left for names, left in self._least_first().items() if math.isfinite(left)}
-        return Interrupted(self.so_far, left, self.missed)
+        return Interrupted(self.so_far, {"error_over_noise": left, "untried": self.missed} if left else None)
 
     def _least_first(self) -> dict[str, float]:
         return dict(sorted(self._left.items(), key=lambda item: item[1]))

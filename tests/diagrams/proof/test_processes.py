@@ -8,6 +8,7 @@ from functools import partial
 import pytest
 
 from mmt_drake.diagrams.proof.studies.processes import results_of
+from mmt_drake.errors import Interrupted
 
 
 @pytest.mark.parametrize(("jobs", "compile_first"), [(1, False), (2, False), (2, True)])
@@ -35,6 +36,20 @@ def test_ctrl_c_does_not_wait_for_what_has_begun() -> None:
     with pytest.raises(KeyboardInterrupt):
         results_of([partial(math.factorial, 3), *waits], 2, interrupted)
     assert time.monotonic() - start < 30.0  # most of it until the workers have begun
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_ctrl_c_hands_over_what_is_done(jobs: int) -> None:
+    def interrupted(done: float) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    tasks = [partial(math.factorial, number) for number in (9, 2, 5)]
+    with pytest.raises(Interrupted, match="2 of 3 done") as raised:
+        results_of(tasks, jobs, interrupted)
+    assert raised.value.known["of"] == 3
+    done = raised.value.known["results"]
+    assert isinstance(done, list) and len(done) == 2 and set(done) <= {362880, 2, 120}
 
 
 def test_without_tasks_there_are_no_results() -> None:

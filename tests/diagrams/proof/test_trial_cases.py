@@ -11,10 +11,10 @@ from mmt_drake.diagrams.proof.trial.laws import INSIDE, LAWS, OUTSIDE
 from mmt_drake.diagrams.proof.trial.motions import draw_motion
 from mmt_drake.diagrams.proof.trial.other_cases import DRIVEN, MATERIAL, TRANSMISSION, draw_driven, draw_material
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS
-from mmt_drake.diagrams.proof.trial.run import MODEL, RECORDING, draw_trial, seal, write_case
+from mmt_drake.diagrams.proof.trial.run import MODEL, RECORDING, draw_trial, run_trial, seal, write_case
 from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.diagrams.proof.trial.sizes import SIZES
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, Interrupted
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_files import load_model
 from mmt_drake.recording import load
@@ -193,3 +193,18 @@ def test_a_trial_refuses_no_cases_and_negative_seeds() -> None:
         draw_trial(per_effect=0)
     with pytest.raises(BadInput, match="seed"):
         draw_trial(seed=-1)
+
+
+def test_a_trial_that_is_interrupted_hands_over_its_diagnoses_and_keeps_the_truths_sealed(
+    trial: list[Case], tmp_path: Path
+) -> None:
+    def diagnose(folder: Path) -> dict[str, str]:
+        if folder.name == trial[2].name:
+            raise KeyboardInterrupt
+        return {"verdict": f"of {folder.name}"}
+
+    with pytest.raises(Interrupted, match=f"2 of {len(trial)} diagnosed") as raised:
+        run_trial(trial, tmp_path, diagnose, announce=lambda seal: None)
+    done = {case.name: {"verdict": f"of {case.name}"} for case in trial[:2]}
+    assert raised.value.known == {"of": len(trial), "diagnoses": done}
+    assert [file.name for file in tmp_path.iterdir()] == ["cases"]

@@ -1,0 +1,43 @@
+"""What was known when Ctrl-C ended long work is on disk, and the last line says where."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mmt_drake.cli.interrupted import known_kept
+from mmt_drake.errors import Interrupted
+
+
+@dataclass(frozen=True)
+class Result:
+    name: str
+    errors: np.ndarray
+    worst: float
+    where: Path
+    reached: bool | None
+
+
+def test_results_that_were_done_are_on_disk_and_the_line_names_the_file(tmp_path: Path) -> None:
+    result = Result("first", np.array([1.0, np.inf]), np.float64(2.5), Path("run.mcap"), None)
+    kept = known_kept(tmp_path / "out", "mmt-drake experiment objects")
+    with pytest.raises(KeyboardInterrupt, match=r"1 of 3 done; written: .*interrupted\.json"), kept:
+        raise Interrupted("1 of 3 done", {"of": 3, "results": [result]})
+    known = {"name": "first", "errors": [1.0, None], "worst": 2.5, "where": "run.mcap", "reached": None}
+    written = json.loads((tmp_path / "out" / "interrupted.json").read_text())
+    assert written == {"command": "mmt-drake experiment objects", "of": 3, "results": [known]}
+
+
+def test_nothing_known_leaves_no_file(tmp_path: Path) -> None:
+    with pytest.raises(Interrupted), known_kept(tmp_path, "mmt-drake trial"):
+        raise Interrupted("")
+    assert not [*tmp_path.iterdir()]
+
+
+def test_work_that_ends_well_removes_what_an_interrupted_one_left(tmp_path: Path) -> None:
+    (tmp_path / "interrupted.json").write_text("{}")
+    with known_kept(tmp_path, "mmt-drake trial"):
+        pass
+    assert not [*tmp_path.iterdir()]
