@@ -160,6 +160,15 @@ def test_windows_end_before_an_error_has_grown_and_a_body_that_is_held_needs_non
     assert found == (None if length is None else pytest.approx(length, rel=0.01))
 
 
+def test_of_a_body_that_drifts_windows_are_short_although_its_input_is_exact_where_they_hold_samples_enough():
+    free = replace(BODY, b=8.0)
+    time = np.arange(0.0, 60.0, 5e-3)
+    recording = Recording(time, {"input": np.sin(3.0 * time), "output": 0.1 * np.sin(3.0 * time)}, "joint")
+    assert window_length([preflight(recording, free)], free) == pytest.approx(3.0 * 2.0 / 8.0)
+    few = Recording(time[:470], {name: column[:470] for name, column in recording.columns.items()}, "joint")
+    assert window_length([preflight(few, free)], free) is None
+
+
 def test_the_length_of_windows_stands_in_a_model_file():
     data = {"structure": "driven_body", "parameters": {"m": 2.0}, "window_s": 2.5}
     assert parse_model(data).window_s == 2.5

@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.fit.tracks import DrivenTrack
 from mmt_drake.errors import attempt
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.windows import FEWEST, MOST
+from mmt_drake.windows import FEWEST, LEAD, LEAST_LEAD, MOST
 
 REVERSALS, TIME_CONSTANTS = 3, 3
 """At least so many reversals of the output, or time constants of the body, whichever is less, lie in a window; where
@@ -36,22 +36,29 @@ def window_length(preflights: Sequence[Preflight], model: DrivenBodyModel) -> fl
 
 
 def _of_one(check: Preflight, model: DrivenBodyModel) -> float:
-    """The longest window of a recording that the noise of the input allows [s]; infinite: all of it."""
+    """The longest window of a recording that the noise of its input allows [s]; infinite: all of it.
+
+    Of a body that drifts what no model explains adds up as noise of its input would. Where there is no such noise to
+    go by, the window is as short as it may be.
+    """
     track = DrivenTrack(check.smoothed, 0, np.zeros(len(check.smoothed.time), dtype=bool))
     duration = float(track.time[-1] - track.time[0])
     allowed = max(TOLERATED * float(track.smoothed.output_noise[0]), LEAST * float(np.std(track.measured)))
-    if not track.smoothed.input_noise.any() or _through(track, model) <= allowed or not _drifts(track, model):
+    if not _drifts(track, model) or LEAD * len(check.recording) < FEWEST * LEAST_LEAD:
+        return math.inf
+    noisy = track.smoothed.input_noise.any()
+    if noisy and _through(track, model) <= allowed:
         return math.inf
     least = min(REVERSALS * duration / (check.motions[0].reversals + 1), duration / FEWEST)
     if model.b > 0.0:
         least = min(least, TIME_CONSTANTS * model.m / model.b)
-    least = min(least, _growth_time(track, model))
+    least = max(min(least, _growth_time(track, model)), duration / MOST)
     blocks = FEWEST
-    while duration / blocks > least and blocks < MOST:
+    while noisy and duration / blocks > least and blocks < MOST:
         if _through(replace(track, window_s=duration / blocks), model) <= allowed:
             return duration / blocks
         blocks *= 2
-    return max(least, duration / MOST)
+    return least
 
 
 def _drifts(track: DrivenTrack, model: DrivenBodyModel) -> bool:
