@@ -38,6 +38,7 @@ from mmt_drake.diagnosis.search.watch import NOTHING, OnAnswer, OnStage, SearchS
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
 from mmt_drake.diagnosis.tell.prescribe import prescribe
+from mmt_drake.diagnosis.tell.result import TABULATED
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError, attempt
@@ -120,7 +121,7 @@ def diagnose(
             )
     model = cast(Model, said(prepared.problem, model, prepared.skew))
     every = LIBRARY.values() if library is None else library
-    effects = [e.within(model) for e in every if e.name != "tabulated_force"]
+    effects = [e.within(model) for e in every if e.name != TABULATED]
     session: SurfaceSession | _Session
     if isinstance(model, SurfaceContact):
         watch = Watch(SURFACE_STAGES, on_stage, time_budget, on_answer)
@@ -232,6 +233,9 @@ class _Session:
             tried: sets of effects; a table that predicts worse than one of these is not delivered in its place.
         """
         self.watch.begin(_SHAPE)
+        if self.watch.is_late():
+            self.watch.miss([TABULATED])
+            return replace(judgement, untried=self.watch.missed)
         best, standard = judgement.best, judgement.standard
         refitted = problem.fit(best.hypothesis, best.x, steps=STEPS)
         shapes = tables(problem, refitted, self.executor, self.watch.is_late)

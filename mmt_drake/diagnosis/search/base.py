@@ -37,8 +37,8 @@ def fit_base(
         model: nominal.
         skew: the largest skew allowed [s].
         executor: runs the fits.
-        known: a fit of the same parameters to start from, whose bounds are kept; from several starts where there is
-            none.
+        known: a fit of the same parameters to take on, whose bounds are kept; it was begun far away where that was
+            called for.
 
     Raises:
         MmtError: the nominal model cannot be simulated.
@@ -57,8 +57,8 @@ def fit_base(
     taken_on = [(hypothesis, f.x) for f in begun]
     found = problem.fits(taken_on, executor, steps=STEPS, converged_at=CONVERGED)
     nearest = min(found, key=lambda f: f.cost)
-    if not _is_noise(problem, nearest):
-        if known is None and (doubting := _doubting(problem, nearest, executor)) is not None:
+    if known is None and not _is_noise(problem, nearest):
+        if (doubting := _doubting(problem, nearest, executor)) is not None:
             return nominal, doubting
         if at_bounds(nearest):
             found = _from_afar(problem, nearest, executor)
