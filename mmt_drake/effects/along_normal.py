@@ -40,7 +40,7 @@ def along_normal(effect: Effect, starts: Callable[[Scales], Sequence[Values]]) -
         equal_one_way=(),
         equal_massless=(),
         near_equal={},
-        in_driven_body=None,
+        elsewhere={},
         stiffness=lambda values: 0.0,
         damping=lambda values: 0.0,
         engages=engages,

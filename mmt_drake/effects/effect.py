@@ -129,7 +129,7 @@ class Effect:
         name: in model files and reports.
         block: the part of the system it belongs to: friction, contact, body, force_sensor, channel or drive.
         family: of laws that are mostly alike; unless said its own name, a family of one.
-        in_driven_body: family and block there, where they are others: a driven body has no contact.
+        elsewhere: name of a structure -> family and block there, where they are others: a transmission has no contact.
         axis: along which it acts in a structure of several axes: "z", the surface normal; else along those that slide.
         twin_of: the effect that is the same along the surface; acts only where the normal is an axis of its own.
         parameters: its numbers.
@@ -188,7 +188,7 @@ class Effect:
     passive: Passive | None = None
     engages: Callable[[Values, Ranges], bool] = lambda values, ranges: True
     family: str = ""
-    in_driven_body: tuple[str, Block] | None = None
+    elsewhere: Mapping[str, tuple[str, Block]] = field(default_factory=dict, hash=False)
     axis: Axis = ""
     twin_of: str = ""
 
@@ -207,10 +207,8 @@ class Effect:
         """The effect with the family, the block and the axis that it has in a structure."""
         if self.axis not in model.AXES:
             return replace(self, axis="")
-        if self.in_driven_body is None or model.NAME != "driven_body":
-            return self
-        family, block = self.in_driven_body
-        return replace(self, family=family, block=block, in_driven_body=None)
+        family, block = self.elsewhere.get(model.NAME, (self.family, self.block))
+        return replace(self, family=family, block=block, elsewhere={}) if self.elsewhere else self
 
     @property
     def target(self) -> str:
@@ -234,7 +232,11 @@ class Effect:
 
     def acts_on(self, model: Structure) -> bool:
         """Whether a model has what the effect acts on: its block, what it adds to, and the numbers that it `needs`."""
-        return self.block in ("any", *model.BLOCKS) and self._is_taken_by(model) and self._lacking(model) is None
+        return (
+            self.within(model).block in ("any", *model.BLOCKS)
+            and self._is_taken_by(model)
+            and self._lacking(model) is None
+        )
 
     def _is_taken_by(self, model: Structure) -> bool:
         return model.TAKES is None or self.name in model.TAKES
@@ -268,7 +270,7 @@ class Effect:
             if isinstance(value, str) and p.symbol not in values:
                 value = checked[value] if value in checked else model.value(value)
             checked[p.symbol] = p.checked(value, source)
-        block = self.block_of(checked) if self.block_of is not None else self.block
+        block = self.block_of(checked) if self.block_of is not None else self.within(model).block
         if block not in model.BLOCKS:
             found = f"an effect of the block {block} in a {model.NAME}"
             raise BadInput(source, found=found, expected=f"one of {', '.join(model.BLOCKS)}")

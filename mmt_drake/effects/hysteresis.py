@@ -56,7 +56,7 @@ EFFECT = Effect(
     name="hysteresis",
     block="contact",
     family="contact_loss",
-    in_driven_body=("dry_friction", "friction"),  # of a bearing: bristles that yield
+    elsewhere={"driven_body": ("dry_friction", "friction")},  # of a bearing: bristles that yield
     parameters=(
         Parameter("alpha", "N/m", NOT_NEGATIVE),
         Parameter("beta", "m^-n", NOT_NEGATIVE, vanishes_at=1.0, shape=True),

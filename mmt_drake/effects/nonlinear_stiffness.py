@@ -44,6 +44,7 @@ EFFECT = Effect(
     equation="k3 d^3 beside the contact spring (negative softens)",
     source="Duffing 1918, Erzwungene Schwingungen bei veränderlicher Eigenfrequenz",
     law=_cubic,
+    elsewhere={"transmission": ("drive_stiffness", "drive")},  # of a drive train that stiffens as it is wound up
     uses=("m",),
     passive=Passive("k3 >= 0", lambda model, values: bool(values["k3"] >= 0.0)),
     starts=_starts,

@@ -6,6 +6,8 @@ from numba import njit
 from scipy.signal import lfilter
 
 from mmt_drake.diagnosis.diagnose import diagnose
+from mmt_drake.diagrams.proof.trial.laws import Concealed
+from mmt_drake.diagrams.proof.trial.one_axis import TransmissionSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model_files import model_data, parse_model
 from mmt_drake.recording.check import completed
@@ -14,7 +16,8 @@ RATIO, OFFSET, K, C = -0.5, 0.2, 20.0, 0.05
 M = K / (2.0 * np.pi * 10.0) ** 2
 B = 0.6 * np.sqrt(K * M)
 NOISE = 1e-4
-SOME = [LIBRARY[name] for name in ("viscous_friction", "coulomb_friction", "gear_play", "dead_band")]
+NAMES = ("viscous_friction", "coulomb_friction", "gear_play", "dead_band", "nonlinear_stiffness")
+SOME = [LIBRARY[name] for name in NAMES]
 GEARS = {"ratio": RATIO, "offset": OFFSET, "k": K, "b": B, "m": M, "c": C}
 
 
@@ -108,6 +111,24 @@ def test_right_numbers_under_noise_that_is_not_white_are_no_mismatch_and_the_pag
     assert diagnosis.tried > 0  # more is left than white noise would leave
     assert diagnosis.verdict == "no_mismatch" and not diagnosis.parameters, diagnosis.summary
     assert "more than white noise" in diagnosis.summary
+
+
+RUBBING = {"ratio": 1.886, "offset": -0.04142, "k": 555.7, "b": 5.687, "m": 0.2132, "c": 1.545, "Fc": 0.2887}
+
+
+def test_noise_of_the_input_s_encoder_does_not_free_an_output_that_friction_holds():
+    recording = TransmissionSession(seed=4, noise=2.7e-5).record(RUBBING, ())
+    diagnosis = said(recording, **RUBBING).diagnosis
+    assert diagnosis.verdict == "no_mismatch" and diagnosis.tried == 0, diagnosis.summary
+
+
+def test_a_drive_train_that_stiffens_is_named_beside_friction():
+    hidden = Concealed("nonlinear_stiffness", {"k3": 1.4e8})
+    recording = TransmissionSession(seed=4, noise=2.7e-5).record(RUBBING, (hidden,))
+    diagnosis = said(recording, **RUBBING).diagnosis
+    (named,) = diagnosis.effects
+    assert (named.name, named.family, named.block) == ("nonlinear_stiffness", "drive_stiffness", "drive")
+    assert named.certain == "law" and named.parameters["k3"].value == pytest.approx(1.4e8, rel=0.05)
 
 
 def test_slow_play_may_as_well_be_friction_and_the_offset_need_not_be_known():

@@ -70,6 +70,13 @@ def test_a_light_mass_is_none():
     np.testing.assert_allclose(light, none, rtol=0, atol=3e-5)
 
 
+def test_a_drive_train_that_stiffens_winds_up_to_where_its_cubic_balances_the_drag():
+    k, k3, c, rate = 4.0, 500.0, 0.5, 0.3
+    x = output(TransmissionModel(ratio=2.0, k=k, c=c), rate * TIME, 0.0, nonlinear_stiffness={"k3": k3})
+    (wound,) = (root.real for root in np.roots([k3, 0.0, k, -c * 2.0 * rate]) if abs(root.imag) < 1e-12)
+    assert 2.0 * rate * TIME[-1] - x[-1] == pytest.approx(wound, rel=1e-6)
+
+
 def test_a_load_winds_up_the_drive_train():
     load = 0.3 * TRIANGLE
     x = output(TransmissionModel(**SLOW, k=5.0, load=2.0), load=load)

@@ -82,7 +82,7 @@ class Case:
             "structure": self.nominal["structure"],
             "kind": self.kind,
             "truth": [effect.name for effect in self.effects],
-            "blocks": [effect.block for effect in self.effects],
+            "blocks": [self._block(effect) for effect in self.effects],
             "families": [LAWS[effect.name].family for effect in self.effects if LAWS[effect.name].family],
             "parameters": [dict(effect.parameters) for effect in self.effects],
             "base": dict(self.base),
@@ -96,6 +96,11 @@ class Case:
             "remainder": [law.name for law in self.remainder],
             "not_false": list(self.not_false),
         }
+
+    def _block(self, effect: Concealed) -> str:
+        """Where an effect acts: a transmission has no contact, its spring is the drive."""
+        in_drive = self.nominal["structure"] == "transmission" and effect.block == "contact"
+        return "drive" if in_drive else effect.block
 
     def recording(self) -> Recording:
         """What the session gives."""

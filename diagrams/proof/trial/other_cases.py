@@ -139,6 +139,9 @@ TRANSMISSION: Final[dict[str, _Draw]] = {
     "viscous_friction": lambda rng, base, size: {"b": log(0.02, 0.5, size) * math.sqrt(base["k"] * base["m"])},
     "coulomb_friction": lambda rng, base, size: {"Fc": log(1e-4, 3e-3, size) * base["k"]},
     "gear_play": lambda rng, base, size: {"gap": log(2e-4, 6e-3, size)},
+    "nonlinear_stiffness": lambda rng, base, size: {
+        "k3": log(0.03, 2.0, size) * base["k"] / (2e-3 * base["ratio"]) ** 2
+    },
 }
 """The same of a transmission."""
 

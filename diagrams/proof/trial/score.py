@@ -189,14 +189,16 @@ class _Answer:
         partly = self._truth.get("not_false", ())
         if name in self.real or name in partly:
             return True
-        true_laws = [LIBRARY[known] for known in (*self.real, *partly) if known in LIBRARY]
-        families = {*self._truth.get("families", ()), *(law.family for law in true_laws)}
-        blocks = {*self._truth["blocks"], *(LIBRARY[known].block for known in partly)}
-        law, depth = LIBRARY[name], self.depths.get(name)
-        family, block = law.family, law.block
-        if self._truth["structure"] == "driven_body" and law.in_driven_body is not None:
-            family, block = law.in_driven_body
+        known = [self._place(law) for law in (*self.real, *partly) if law in LIBRARY]
+        families = {*self._truth.get("families", ()), *(family for family, _ in known)}
+        blocks = {*self._truth["blocks"], *(self._place(law)[1] for law in partly)}
+        (family, block), depth = self._place(name), self.depths.get(name)
         return (family in families and depth in ("family", "block")) or (block in blocks and depth == "block")
+
+    def _place(self, name: str) -> tuple[str, str]:
+        """Family and block of a law of the library in the structure of the case."""
+        law = LIBRARY[name]
+        return law.elsewhere.get(self._truth["structure"], (law.family, law.block))
 
     def is_correct(self, enough: tuple[str, ...]) -> bool:
         """Whether an answer without a false name is right, names being certain as deep as is `enough`."""

@@ -16,6 +16,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.structure import PositionOut
 from mmt_drake.model.surface_contact import SurfaceContact
+from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
@@ -87,12 +88,13 @@ def preflight(recording: Recording, model: Model) -> Preflight:
         BadInput: the model does not belong to this kind of recording, or `smooth` refuses it.
     """
     check_belongs(recording, model)
-    columns = on_even_clock(recording)
+    encoded = isinstance(model, TransmissionModel)
+    columns = on_even_clock(recording, encoded=encoded)
     smoothed = smooth(recording, columns=columns)
     foreign = _foreign_rates(recording, smoothed)
     if foreign:
         recording = _without_rates(recording)
-        columns = on_even_clock(recording)
+        columns = on_even_clock(recording, encoded=encoded)
         smoothed = smooth(recording, columns=columns)
     channels = channels_of(recording)
     moved = motions(smoothed)

@@ -56,6 +56,9 @@ def _noisier(track: Track, generator: np.random.Generator) -> Track:
         return track
     white, own = generator.standard_normal((2, len(s.time), 1))
     smeared = s.low_pass.apply(own, s.rate_hz)
+    if not s.input_filter.is_identity:
+        white = s.input_filter.apply(white, s.rate_hz)
+        white /= white.std()
     size = s.output_noise[0] / max(float(smeared.std()), 1e-300)
     columns = {"input": s.input + s.input_noise * white, "output": s.output + size * smeared}
     return replace(track, smoothed=replace(s, **columns, nearby=s.nearby + size * own))

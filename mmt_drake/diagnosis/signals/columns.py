@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from mmt_drake.numeric.zero_phase import LowPass
 from mmt_drake.recording import AXES, Recording
 
 _LONGEST_FILTER = 0.125  # of the recording
+_ENCODED = 2.0  # pass band of an input that is a position, over that of the comparison: laws reach across
+_NO_FILTER = LowPass(math.inf)
 
 
 @dataclass(frozen=True)
@@ -80,13 +82,15 @@ class Columns:
         channels: which of them drive the model, and which it answers with.
         clock: even.
         columns: name -> (n,) on that clock.
-        spectra: name -> its spectrum, to read noise off.
+        spectra: name -> its spectrum, to read noise off; of an input as it was recorded.
+        input_filter: what an input that is a position went through (`with_encoded_input`); else none.
     """
 
     channels: Channels
     clock: Clock
     columns: Mapping[str, Array]
     spectra: Mapping[str, NoiseSpectrum]
+    input_filter: LowPass = _NO_FILTER
 
     @classmethod
     def of(cls, recording: Recording, clock: Clock) -> Columns:
@@ -107,6 +111,23 @@ class Columns:
         columns = dict(zip(names, np.ascontiguousarray(table.T), strict=True))
         spectra = {name: noise_of(values, clock.rate_hz) for name, values in columns.items()}
         return cls(channels, clock, columns, spectra)
+
+    def with_encoded_input(self) -> Columns:
+        """The same where the input is a position, with the noise of its encoder above the band taken off.
+
+        A damper makes forces of that noise, which keep a body moving that friction would hold.
+        """
+        (name,) = self.channels.inputs
+        input_filter = LowPass(_ENCODED * self.bands(None).comparison_hz)
+        if not self._takes(input_filter):
+            return self
+        filtered = input_filter.apply(self.table((name,)), self.clock.rate_hz)
+        return replace(self, columns={**self.columns, name: filtered[:, 0]}, input_filter=input_filter)
+
+    def _takes(self, low_pass: LowPass) -> bool:
+        """Whether a filter fits: below a quarter of the rate, and not as long as the recording nearly."""
+        fits = 0.0 < low_pass.band_hz <= self.clock.rate_hz / 4.0
+        return fits and low_pass.half_length_s <= _LONGEST_FILTER * self.clock.step * self.clock.count
 
     def table(self, names: tuple[str, ...]) -> Array:
         """Some of them side by side, (n, k)."""
@@ -147,8 +168,7 @@ class Columns:
         widest = rate / 4.0
         if wanted > widest and self.channels.noisy_input and not math.isinf(wanted):
             wanted = widest
-        fits = 0.0 < wanted <= widest
-        if not fits or LowPass(wanted).half_length_s > _LONGEST_FILTER * self.clock.step * self.clock.count:
+        if not self._takes(LowPass(wanted)):
             return Bands(math.inf, (math.inf,) * len(tops), top_hz, error)
         moving = tuple(min(max(wanted, NARROWEST * top), widest) for top in top_hz.tolist())
         return Bands(wanted, moving, top_hz, error)

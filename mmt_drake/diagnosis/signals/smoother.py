@@ -57,6 +57,7 @@ class Smoothed:
             lies; 0 for one that does not move.
         noise: of every recorded column that was read, by name.
         input_noise, input_rate_noise, output_noise: (k,) deviations of what is left of it here.
+        input_filter: that the input of a driven body went through.
         rest: the force sensor in free space, where there was any.
         resampling_error: (k,) bound on what an uneven clock adds to the input [m].
         clock: of the recording.
@@ -80,6 +81,7 @@ class Smoothed:
     input_noise: Array
     input_rate_noise: Array
     output_noise: Array
+    input_filter: LowPass
     resampling_error: Array
     clock: Clock
     every: int
@@ -99,22 +101,27 @@ class Smoothed:
     @property
     def raw_input_noise(self) -> float:
         """Deviation of the noise of a driven body's input, as sampled."""
-        return float(self.input_noise[0]) / _averaging_gain(self.every)
+        return float(self.input_noise[0]) / _input_gain(self.input_filter, self.clock.rate_hz, self.every)
 
     def filter(self, simulated: Array) -> Array:
         """A simulated output on this clock, (n,) or (n, k), through the filter that the measured one passed."""
         return self.low_pass.apply(simulated, self.rate_hz)
 
 
-def on_even_clock(recording: Recording) -> Columns:
+def on_even_clock(recording: Recording, *, encoded: bool = False) -> Columns:
     """The columns of a recording that a diagnosis reads, on an even clock.
+
+    Args:
+        recording: contact, single-axis or driven body.
+        encoded: its input is a position (`Columns.with_encoded_input`).
 
     Raises:
         BadInput: a recording without forces, of fewer than 8 samples, or whose clock jumps (`clock_of`).
     """
     if len(recording) < 8:
         raise BadInput(recording.source, found=f"{len(recording)} samples", expected="at least 8")
-    return Columns.of(recording, clock_of(recording.time, recording.source))
+    columns = Columns.of(recording, clock_of(recording.time, recording.source))
+    return columns.with_encoded_input() if encoded else columns
 
 
 def smooth(
@@ -201,6 +208,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         input_noise=_left_of_input(columns, every) if driven else np.array([axis.position_noise for axis in motion]),
         input_rate_noise=np.zeros(1) if driven else np.array([axis.velocity_noise for axis in motion]),
         output_noise=np.array([noise[name].after(gain, clock.rate_hz) for name in outputs]),
+        input_filter=columns.input_filter,
         resampling_error=bands.resampling_error,
         clock=clock,
         every=every,
@@ -210,7 +218,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
 
 
 def _left_of_input(columns: Columns, every: int) -> Array:
-    """(1,) deviation of the noise of a driven body's input once it is averaged (`_averaged`).
+    """(1,) deviation of the noise of a driven body's input once it is averaged (`_averaged`), or went through a filter.
 
     White, as high as the quietest part of its spectrum: more may have been applied, and not only recorded.
     """
@@ -218,11 +226,13 @@ def _left_of_input(columns: Columns, every: int) -> Array:
     white = math.sqrt(columns.spectra[name].high * columns.clock.rate_hz / 2.0)
     if not white > _SILENT * float(np.std(columns.columns[name])):
         return np.zeros(1)
-    return np.array([white * _averaging_gain(every)])
+    return np.array([white * _input_gain(columns.input_filter, columns.clock.rate_hz, every)])
 
 
-def _averaging_gain(every: int) -> float:
-    """What `_averaged` makes of the deviation of white noise."""
+def _input_gain(input_filter: LowPass, rate_hz: float, every: int) -> float:
+    """What is left of the deviation of white noise on the input of a driven body: by its filter, or by `_averaged`."""
+    if not input_filter.is_identity:
+        return input_filter.white_noise_gain(rate_hz)
     return math.sqrt((2.0 * every**2 + 1.0) / (3.0 * every**3))
 
 
