@@ -45,6 +45,7 @@ def described(effect: Effect) -> dict[str, Any]:
         "name": effect.name,
         "block": effect.block,
         "family": effect.family,
+        "elsewhere": {at: {"family": f, "block": b} for at, (f, b) in effect.elsewhere.items()},
         "replaces": effect.replaces,
         "equal_to": list(effect.equal_to),
         "equal_massless": list(effect.equal_massless),
@@ -84,6 +85,7 @@ def _of_arms_alone(effect: ArmEffect) -> dict[str, Any]:
         "name": effect.name,
         "block": effect.block,
         "family": effect.family,
+        "elsewhere": {},
         "replaces": None,
         "equal_to": [],
         "equal_massless": [],
@@ -107,7 +109,8 @@ def _text_of_arms(effect: ArmEffect) -> str:
 
 
 def _text(effect: Effect) -> str:
-    where = f"{effect.block}, replaces {effect.replaces}" if effect.replaces else effect.block
+    where = "; ".join([effect.block, *(f"{block} of a {words(at)}" for at, (_, block) in effect.elsewhere.items())])
+    where += f", replaces {effect.replaces}" if effect.replaces else ""
     lines = [f"{effect.name} ({where})", f"  {effect.equation}"]
     for parameter in effect.parameters:
         lines.append(f"  {parameter.symbol} {_range(parameter)}")

@@ -160,6 +160,7 @@ def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> N
         "name",
         "block",
         "family",
+        "elsewhere",
         "replaces",
         "equal_to",
         "equal_massless",
@@ -173,6 +174,14 @@ def test_effects_as_json_is_the_library(capsys: pytest.CaptureFixture[str]) -> N
     assert {tuple(entry) for entry in listed} == {tuple(friction)}
     assert (friction["block"], friction["replaces"]) == ("friction", "Fc")
     assert friction["parameters"][2] == {"symbol": "v_d", "unit": "m/s", "bounds": [0.0, None]}
+
+
+def test_an_effect_says_where_it_acts_in_a_structure_without_a_contact(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects"]) == 0
+    assert "nonlinear_stiffness (contact; drive of a transmission)\n" in capsys.readouterr().out
+    assert main(["effects", "--json"]) == 0
+    stiffening = next(e for e in json.loads(capsys.readouterr().out) if e["name"] == "nonlinear_stiffness")
+    assert stiffening["elsewhere"] == {"transmission": {"family": "drive_stiffness", "block": "drive"}}
 
 
 def test_what_looks_alike_on_an_arm_is_published(capsys: pytest.CaptureFixture[str]) -> None:
