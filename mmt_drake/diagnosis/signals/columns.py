@@ -118,16 +118,17 @@ class Columns:
         A damper makes forces of that noise, which keep a body moving that friction would hold.
         """
         (name,) = self.channels.inputs
-        input_filter = LowPass(_ENCODED * self.bands(None).comparison_hz)
-        if not self._takes(input_filter):
+        band_hz = _ENCODED * self.bands(None).comparison_hz
+        if not self._takes(band_hz):
             return self
+        input_filter = LowPass(band_hz)
         filtered = input_filter.apply(self.table((name,)), self.clock.rate_hz)
         return replace(self, columns={**self.columns, name: filtered[:, 0]}, input_filter=input_filter)
 
-    def _takes(self, low_pass: LowPass) -> bool:
-        """Whether a filter fits: below a quarter of the rate, and not as long as the recording nearly."""
-        fits = 0.0 < low_pass.band_hz <= self.clock.rate_hz / 4.0
-        return fits and low_pass.half_length_s <= _LONGEST_FILTER * self.clock.step * self.clock.count
+    def _takes(self, band_hz: float) -> bool:
+        """Whether a filter of a band fits: below a quarter of the rate, and not as long as the recording nearly."""
+        fits = 0.0 < band_hz <= self.clock.rate_hz / 4.0
+        return fits and LowPass(band_hz).half_length_s <= _LONGEST_FILTER * self.clock.step * self.clock.count
 
     def table(self, names: tuple[str, ...]) -> Array:
         """Some of them side by side, (n, k)."""
@@ -168,7 +169,7 @@ class Columns:
         widest = rate / 4.0
         if wanted > widest and self.channels.noisy_input and not math.isinf(wanted):
             wanted = widest
-        if not self._takes(LowPass(wanted)):
+        if not self._takes(wanted):
             return Bands(math.inf, (math.inf,) * len(tops), top_hz, error)
         moving = tuple(min(max(wanted, NARROWEST * top), widest) for top in top_hz.tolist())
         return Bands(wanted, moving, top_hz, error)
