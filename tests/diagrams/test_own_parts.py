@@ -42,7 +42,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_estimator_of_the_page_is_as_long_as_it_says_and_finds_the_object_in_the_loop(here: Path) -> None:
     lines = [line for line in BLOCKS["my.py"].splitlines() if line and not line.startswith("import")]
-    assert len(lines) == 11  # ten below the class's own
+    assert len(lines) == 10
     assert main(["run", "setup1", "--estimator", "my.py:MyEstimator", "--seconds", "4", "--record", "mine.mcap"]) == 0
     mine = load("mine.mcap")
     truth = mmt.load_scenario("setup1").environment.object.theta()
