@@ -207,8 +207,12 @@ class Effect:
         """The effect with the family, the block and the axis that it has in a structure."""
         if self.axis not in model.AXES:
             return replace(self, axis="")
-        family, block = self.elsewhere.get(model.NAME, (self.family, self.block))
+        family, block = self.place_in(model.NAME)
         return replace(self, family=family, block=block, elsewhere={}) if self.elsewhere else self
+
+    def place_in(self, structure: str) -> tuple[str, Block]:
+        """Family and block that it has in a structure of this name."""
+        return self.elsewhere.get(structure, (self.family, self.block))
 
     @property
     def target(self) -> str:
@@ -232,11 +236,8 @@ class Effect:
 
     def acts_on(self, model: Structure) -> bool:
         """Whether a model has what the effect acts on: its block, what it adds to, and the numbers that it `needs`."""
-        return (
-            self.within(model).block in ("any", *model.BLOCKS)
-            and self._is_taken_by(model)
-            and self._lacking(model) is None
-        )
+        there = self.place_in(model.NAME)[1] in ("any", *model.BLOCKS)
+        return there and self._is_taken_by(model) and self._lacking(model) is None
 
     def _is_taken_by(self, model: Structure) -> bool:
         return model.TAKES is None or self.name in model.TAKES
@@ -270,7 +271,7 @@ class Effect:
             if isinstance(value, str) and p.symbol not in values:
                 value = checked[value] if value in checked else model.value(value)
             checked[p.symbol] = p.checked(value, source)
-        block = self.block_of(checked) if self.block_of is not None else self.within(model).block
+        block = self.block_of(checked) if self.block_of is not None else self.place_in(model.NAME)[1]
         if block not in model.BLOCKS:
             found = f"an effect of the block {block} in a {model.NAME}"
             raise BadInput(source, found=found, expected=f"one of {', '.join(model.BLOCKS)}")

@@ -197,8 +197,7 @@ class _Answer:
 
     def _place(self, name: str) -> tuple[str, str]:
         """Family and block of a law of the library in the structure of the case."""
-        law = LIBRARY[name]
-        return law.elsewhere.get(self._truth["structure"], (law.family, law.block))
+        return LIBRARY[name].place_in(self._truth["structure"])
 
     def is_correct(self, enough: tuple[str, ...]) -> bool:
         """Whether an answer without a false name is right, names being certain as deep as is `enough`."""

@@ -189,7 +189,9 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         for axis in motion
     ]
     velocity = np.column_stack([rate for _, rate in quiet])
-    known = _averaged(known, every) if driven else np.column_stack([position for position, _ in quiet])[::every]
+    if not driven:
+        known = np.column_stack([position for position, _ in quiet])
+    known = _averaged(known, every) if driven and columns.input_filter.is_identity else known[::every]
     time = clock.times(every)
     return Smoothed(
         source=recording.source,
