@@ -6,7 +6,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
-import numpy as np
 import yaml
 
 from mmt_drake.effects import LIBRARY, SOURCES, Effect
@@ -19,6 +18,7 @@ from mmt_drake.model.structure import Additions, Handed, Initial, PositionOut, S
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.over import parsed, written
+from mmt_drake.plain import plain
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
 from mmt_drake.typed_yaml import fill, known_keys, mapping, parse, read_text
@@ -167,8 +167,8 @@ def model_data(model: Model, effects: Sequence[tuple[str, Mapping[str, Any]]] = 
         data["over"] = {curve.number: written(curve) for curve in model.over}
     if effects:
         data["effects"] = [{"name": name, **_origin(name), "parameters": dict(values)} for name, values in effects]
-    plain: dict[str, Any] = _plain(data)
-    return plain
+    in_words: dict[str, Any] = plain(data)
+    return in_words
 
 
 def save_model(path: str | Path, data: Mapping[str, Any], comment: str = "") -> None:
@@ -182,10 +182,10 @@ def save_model(path: str | Path, data: Mapping[str, Any], comment: str = "") -> 
     Raises:
         BadInput: the mapping describes no model, or the file cannot be written.
     """
-    plain = _plain(data)
-    parse_model(plain, str(path))
+    data = plain(data)
+    parse_model(data, str(path))
     text = "".join(f"# {line}".rstrip() + "\n" for line in comment.splitlines())
-    text += yaml.safe_dump(plain, default_flow_style=None, sort_keys=False, allow_unicode=True, width=120)
+    text += yaml.safe_dump(data, default_flow_style=None, sort_keys=False, allow_unicode=True, width=120)
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -324,12 +324,3 @@ def _go_together(one: Effect, other: Effect) -> bool:
     """True if one adds to the number that the other builds on before it replaces that."""
     adding, taking = (one, other) if one.adds_to else (other, one)
     return adding.adds_to is not None and taking.replaces is not None and adding.adds_to in taking.builds_on
-
-
-def _plain(data: Any) -> Any:
-    """Data of Python's own types, which YAML has words for."""
-    if isinstance(data, Mapping):
-        return {str(key): _plain(value) for key, value in data.items()}
-    if isinstance(data, list | tuple | np.ndarray):
-        return [_plain(value) for value in data]
-    return data.item() if isinstance(data, np.generic) else data
