@@ -28,7 +28,7 @@ from mmt_drake.recording import Recording, load
 
 BIAS = (0.4, -0.7, 1.1)  # [N] of the robot's estimate
 FLOOR = 800.0  # [N/m] under what the camera sees
-SECONDS = 2.5
+SECONDS = 4.0  # to be armed and press, on a machine that is late too
 CAMERA = Intrinsics(320, 240, 300.0, 300.0, 159.5, 119.5)  # several pixels in each voxel
 THICK = 0.08  # [m] of the object on the table
 
