@@ -1,6 +1,6 @@
 """Drag that grows with the square of the speed.
 
-F = -c v abs(v): a body that pushes a fluid aside.
+F = -c v abs(v): a body that pushes a fluid aside. As a vector in the plane abs(v) is the speed over both axes.
 
 Easily confused with:
 
@@ -12,11 +12,11 @@ from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
 
 
-@law(Slot.BODY)
+@law(Slot.FRICTION)
 def _drag(at: At, q: Own, p: Numbers) -> Result:
     c, m = p[0], p[1]
     rate = 2.0 * c * abs(at.v) / m if m > 0.0 else 0.0
-    return -c * at.v * abs(at.v), 0.0, 0.0, OSCILLATION * rate
+    return c * at.v**2, 0.0, 0.0, OSCILLATION * rate
 
 
 EFFECT = Effect(

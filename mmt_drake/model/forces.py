@@ -84,7 +84,7 @@ class Forces(NamedTuple):
         sliding, hold: friction while sliding in the body's direction, and what must be overcome to do so [N].
         inverse_mass: [1/kg].
         rates: of the memory.
-        decay: the fastest of the memory [1/s].
+        decay: the fastest of the laws [1/s].
     """
 
     drive: float
@@ -213,6 +213,7 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
         value *= share
         if slot == _DRIVE:
             at, value = _driven_by(value, at), value - at.force
+        decay = max(decay, rate)
         if slot == _FRICTION:
             sliding += value
             hold += share * second
@@ -220,7 +221,6 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
             mass += value
         else:
             drive += spring * value if slot == _CONTACT else value
-            decay = max(decay, rate)
             k = memory_of(p.laws, entry)
             if k == 0:
                 r0, r1 = second, third

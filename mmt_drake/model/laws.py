@@ -56,7 +56,9 @@ class Slot(IntEnum):
     - `CONTACT`: force of a further element beside the contact spring [N], counted along the deflection as that of the
       spring is; the rest as in `BODY`. Acts while the contact holds; its memory is emptied at each touch.
     - `FRICTION`: the level of friction [N] while sliding in `at.direction`, and the level that must be overcome to
-      slide in that direction from rest [N]; 0, 0. Levels of several laws add up, together with the model's own.
+      slide in that direction from rest [N]; 0; the rate at which it slows the body now [1/s], which bounds the step as
+      in `BODY` (0 for a level that depends little on the speed). Levels of several laws add up, with the model's own.
+      Where friction is a vector in the plane, `abs(at.v)` is the speed.
     - `INERTIA`: mass added to the body [kg]; 0, 0, 0.
     - `SENSOR`: what the force sensor reads instead of `at.force` [N]; the new q[0] and q[1]; 0. Called once a sample.
     """

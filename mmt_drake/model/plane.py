@@ -33,7 +33,7 @@ class Pushed(NamedTuple):
         drive: what all forces but friction accelerate it by [m/s^2].
         braking: what friction takes from the speed, if it slides along this axis [m/s^2].
         rates: of its memory.
-        decay: the fastest of its memory [1/s].
+        decay: the fastest of its laws [1/s].
     """
 
     drive: float
@@ -51,10 +51,11 @@ def norm(along: float, across: float) -> float:
 @njit(error_model="numpy", forceinline=True)
 def _pushed(body: BodyMotion, speed: float, s: float, around: Surroundings, p: Constants) -> Pushed:
     acting = forces(body, s, around, p)
-    level = acting.sliding
+    level, decay = acting.sliding, acting.decay
     if p.rubs:
-        level = forces(BodyMotion(body.x, math.copysign(speed, body.mode), body.mode, body.q), s, around, p).sliding
-    return Pushed(acting.drive * acting.inverse_mass, level * acting.inverse_mass, acting.rates, acting.decay)
+        at_speed = forces(BodyMotion(body.x, math.copysign(speed, body.mode), body.mode, body.q), s, around, p)
+        level, decay = at_speed.sliding, max(decay, at_speed.decay)
+    return Pushed(acting.drive * acting.inverse_mass, level * acting.inverse_mass, acting.rates, decay)
 
 
 @njit(error_model="numpy", forceinline=True)

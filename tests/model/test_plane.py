@@ -75,7 +75,18 @@ def test_along_one_axis_it_is_friction_of_that_axis():
     assert not force[:, 1].any()
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.8, 2.4])
+def test_drag_with_the_square_of_the_speed_opposes_an_even_motion_alike_in_all_directions(angle):
+    t, speed = STEP * np.arange(4000), 0.3
+    bare = replace(MODEL, parameters=replace(MODEL.parameters, k1=0.0, Fc=0.0))
+    model = with_effects(bare, [{"name": "quadratic_drag", "parameters": {"c": 6.0}}], "here")
+    along = np.array([np.cos(angle), np.sin(angle)])
+    force, _ = simulated(model, *(speed * t * c for c in along), *(np.full_like(t, speed * c) for c in along))
+    assert force[-1] == pytest.approx(-(10.0 * speed + 6.0 * speed**2) * along, abs=1e-6)
+
+
 STRIBECK = {"Fs": 0.9, "v_s": 0.02}
+DRAG = {"c": 20.0}
 RELAXES = {"k_maxwell": 200.0, "tau": 0.15}
 OTHER = {"m": 0.7, "k1": 50.0, "k2": 400.0, "b1": 10.0, "b2": 15.0, "normal_k": 400.0, "normal_b": 8.0}
 OTHER |= {"Fs": 0.5, "Fd": 0.5}
@@ -88,8 +99,9 @@ OTHER |= {"Fs": 0.5, "Fd": 0.5}
         (MODEL, {}, True),
         (with_effects(MODEL, [{"name": "viscoelastic_relaxation", "parameters": RELAXES}], "here"), RELAXES, False),
         (with_effects(MODEL, [{"name": "stribeck_friction", "parameters": STRIBECK}], "here"), STRIBECK, False),
+        (with_effects(MODEL, [{"name": "quadratic_drag", "parameters": DRAG}], "here"), DRAG, False),
     ],
-    ids=["slides", "touches and lifts", "relaxes", "Stribeck"],
+    ids=["slides", "touches and lifts", "relaxes", "Stribeck", "drag"],
 )
 def test_it_agrees_with_another_integrator_and_another_stick_rule(model, given, lifts):
     x, y, rate_x, rate_y = strokes()
