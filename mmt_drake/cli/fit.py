@@ -12,12 +12,14 @@ surface_contact for a tip that presses on a surface of unknown shape: of that k 
 Every number is sought over three decades, from many starts. Printed beside each is its 95 % interval, and one word:
 `determined`; `of this structure` (more than noise is left, so another structure may have another value); `at most` (it
 may as well be 0, or next to it); `cannot be told` (the interval is as wide as the search). A third of the recording is
-held out of the fit; the error there is printed too.
+held out of the fit; the error there is printed too. Ctrl-C ends it at once; the best numbers by then are left in a
+file beside MODEL.yaml, MODEL.interrupted.json.
 """
 
 import argparse
 from pathlib import Path
 
+from mmt_drake.cli.interrupted import FILE, known_kept
 from mmt_drake.cli.options import add_reading, add_workers, reading
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import working
@@ -44,14 +46,16 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.recording import load_all
     from mmt_drake.recording.atomic import beside
 
-    beside(Path(arguments.out))
+    out = Path(arguments.out)
+    beside(out)
+    kept = known_kept(out.parent, arguments.command_line, f"{out.stem}.{FILE}")
     how = reading(arguments)
     recordings = [recording for file in arguments.recordings for recording in load_all(file, **how)]
-    with working("fit") as show, workers(arguments.jobs, arguments.cluster) as executor:
+    with kept, working("fit") as show, workers(arguments.jobs, arguments.cluster) as executor:
         found = fit(recordings, arguments.structure, executor=executor, on_stage=show)
     if found.reason is not None:
         raise BadInput(recordings[0].source, found=found.reason, expected="a recording that tells a model")
-    save_first_model(found, arguments.out, [Path(recording.source).name for recording in recordings])
+    save_first_model(found, out, [Path(recording.source).name for recording in recordings])
     if arguments.json:
         print_json(first_document(found))
         return 0

@@ -12,12 +12,13 @@ FILE = "interrupted.json"
 
 
 @contextmanager
-def known_kept(folder: Path, command: str) -> Iterator[None]:
+def known_kept(folder: Path, command: str, name: str = FILE) -> Iterator[None]:
     """Write what is known by then to `interrupted.json`, should Ctrl-C end the work; else there is no such file.
 
     Args:
         folder: of the results, made if need be.
         command: that was typed.
+        name: of the file, where the folder is not that of this work alone.
 
     Raises:
         KeyboardInterrupt: interrupted; its text says what is known, and names the file.
@@ -26,7 +27,7 @@ def known_kept(folder: Path, command: str) -> Iterator[None]:
     # Imported where needed, so that help comes at once.
     from mmt_drake.analysis.plotting import write_whole
 
-    path = folder / FILE
+    path = folder / name
     try:
         yield
     except Interrupted as interrupt:

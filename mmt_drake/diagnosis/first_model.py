@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
@@ -25,7 +25,7 @@ from mmt_drake.diagnosis.search.base import CONVERGED, STEPS
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.watch import OnStage, Stage
 from mmt_drake.diagnosis.tell.first import FirstModel, FirstNumber, Told
-from mmt_drake.errors import BadInput, attempt
+from mmt_drake.errors import BadInput, Interrupted, attempt
 from mmt_drake.model.parameters import NORMAL, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Structure, Units
 from mmt_drake.model.surface_contact import SurfaceContact
@@ -75,7 +75,7 @@ def fit(
 
     Raises:
         BadInput: recordings of different kinds, or a structure that does not belong to them; see `rough_model`.
-        KeyboardInterrupt: interrupted.
+        Interrupted: a KeyboardInterrupt, with the best numbers by then.
     """
     if executor is None:
         with workers() as threads:
@@ -104,13 +104,30 @@ def _guessed(recordings: Sequence[Recording], model: SurfaceContact) -> FirstMod
 
 @dataclass(frozen=True)
 class _Search:
-    """One search for a first model."""
+    """One search for a first model; `_best` holds the best fit so far."""
 
     recordings: Sequence[Recording]
     executor: Executor
     on_stage: OnStage
+    _best: list[Fitted] = field(default_factory=list)
 
     def run(self, model: Model) -> FirstModel:
+        """See `fit`."""
+        try:
+            return self._searched(model)
+        except KeyboardInterrupt:
+            raise self._interrupted() from None
+
+    def _interrupted(self) -> Interrupted:
+        if not self._best:
+            return Interrupted("no number is known yet")
+        (best,) = self._best
+        numbers = best.hypothesis.structure_values(best.x)
+        said = ", ".join(f"{symbol} {value:.3g}" for symbol, value in numbers.items())
+        name = best.hypothesis.nominal.NAME
+        return Interrupted(f"so far {said}, not fitted to the end", {"structure": name, "unfinished_numbers": numbers})
+
+    def _searched(self, model: Model) -> FirstModel:
         minima: list[Fitted] = []
         for _ in range(ROUNDS):
             self.on_stage(Stage("recordings", then=(_PARAMETERS, _INTERVALS)))
@@ -144,6 +161,7 @@ class _Search:
         for level, (kept, steps) in enumerate(FUNNEL):
             self.on_stage(Stage(_PARAMETERS, f"{len(starts)} starts", level, 1 + len(FUNNEL), (_INTERVALS,)))
             begun = sorted(problem.fits(starts, self.executor, steps=steps, secant=True), key=lambda f: f.cost)
+            self._best[:] = begun[:1]
             starts = [(clocked, f.x) for f in _distinct(begun)[:kept]]
         return [(hypothesis, hypothesis.vector(clocked.structure_values(x), {})) for _, x in starts]
 
@@ -154,6 +172,7 @@ class _Search:
             source = problem.tracks[0].smoothed.source
             raise BadInput(source, found="only numbers that no simulation can follow", expected="another --structure")
         found.sort(key=lambda f: f.cost)
+        self._best[:] = found[:1]
         return [f for f in found if f.cost <= found[0].cost + _tolerated(problem, found[0])]
 
     def _told(self, prepared: Prepared, minima: Sequence[Fitted]) -> FirstModel:

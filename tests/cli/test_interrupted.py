@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_samples import Program
 
 from mmt_drake.cli.interrupted import known_kept
+from mmt_drake.diagnosis import first_model
 from mmt_drake.errors import Interrupted
 
 
@@ -34,6 +36,23 @@ def test_nothing_known_leaves_no_file(tmp_path: Path) -> None:
     with pytest.raises(Interrupted), known_kept(tmp_path, "mmt-drake trial"):
         raise Interrupted("")
     assert not [*tmp_path.iterdir()]
+
+
+def test_a_fit_leaves_it_beside_the_model_it_was_to_write(
+    tmp_path: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ended(*_: object, **__: object) -> None:
+        raise Interrupted("so far k 8, not fitted to the end", {"unfinished_numbers": {"k": 8.0}})
+
+    monkeypatch.setattr(first_model, "fit", ended)
+    (tmp_path / "pull.csv").write_text(
+        "time,position,force\n" + "".join(f"{i / 100},{i % 9 / 1e3},{i % 9}\n" for i in range(200))
+    )
+    run = program("fit", tmp_path / "pull.csv", "--out", tmp_path / "model.yaml")
+    assert run.status == 130
+    assert "interrupted; so far k 8" in run.err
+    assert json.loads((tmp_path / "model.interrupted.json").read_text())["unfinished_numbers"] == {"k": 8.0}
+    assert not (tmp_path / "model.yaml").exists()
 
 
 def test_work_that_ends_well_removes_what_an_interrupted_one_left(tmp_path: Path) -> None:

@@ -10,8 +10,9 @@ from palpation_samples import STIFFNESS, palpation
 from mmt_drake.diagnosis.first_model import FirstModel, _units, fit
 from mmt_drake.diagnosis.fit.rough import rough_model
 from mmt_drake.diagnosis.fit.workers import workers
+from mmt_drake.diagnosis.search.watch import Stage
 from mmt_drake.diagnosis.tell.first import remarks
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, Interrupted
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.structure import Units
@@ -53,6 +54,26 @@ def fitted(*recordings: Recording, structure: str | None = None) -> FirstModel:
 
 def told(found: FirstModel) -> dict[str, str]:
     return {n.symbol: n.told for n in found.numbers}
+
+
+def interrupted(after: str) -> Interrupted:
+    """A fit of a spring and a damper that Ctrl-C ends at the first stage that tells this."""
+
+    def listen(stage: Stage) -> None:
+        if after in stage.now:
+            raise KeyboardInterrupt
+
+    with workers(1) as executor, pytest.raises(Interrupted) as caught:
+        fit([pulled(k=8000.0, b=90.0, F0=-3.0)], executor=executor, on_stage=listen)
+    return caught.value
+
+
+def test_a_fit_that_is_interrupted_says_the_best_numbers_by_then() -> None:
+    ended = interrupted("1 minima")
+    assert ended.known["structure"] == "kelvin_voigt"
+    assert ended.known["unfinished_numbers"]["k"] == pytest.approx(8000.0, rel=0.2)
+    assert str(ended).startswith("so far k ")
+    assert not interrupted("33 starts").known
 
 
 def test_a_spring_and_a_damper_are_found_whatever_their_size() -> None:
