@@ -43,8 +43,8 @@ def _along(
     for i in range(len(v)):
         direction = min(1.0, max(-1.0, v[i] / rest))
         side = math.copysign(1.0, direction)
-        at = At(i * step, q[i], v[i], q[i], v[i], load[i], side, 0.0, 0.0, step)
-        force, z_rate, _, slip = call_law(address, at, (z, 0.0), p)
+        at = At(i * step, q[i], v[i], q[i], v[i], load[i], side, 0.0, 0.0, step, 0.0, 0.0, 0.0)
+        force, z_rate, _, slip = call_law(address, at, (z, 0.0, 0.0, 0.0), p)
         out[i] = abs(direction) * side * force if levels else -force
         # Exact for a law that decays evenly over a sample.
         z += z_rate * (step if slip * step < 1e-9 else -math.expm1(-slip * step) / slip)
@@ -96,7 +96,7 @@ def instant(
     uses = {"gain": 1.0, **numbers}
     p = [numbers[one.symbol] for one in effect.parameters] + [uses.get(symbol, 0.0) for symbol in effect.uses]
     side = math.copysign(1.0, direction)
-    result = effect.law(At(0.0, q, v, q, v, load, side, 0.0, 0.0, 0.0), (z, 0.0), tuple(p))
+    result = effect.law(At(0.0, q, v, q, v, load, side, 0.0, 0.0, 0.0), (z, 0.0, 0.0, 0.0), tuple(p))
     if effect.law.slot == Slot.FRICTION:
         return abs(direction) * side * result[0], 0.0
     return -result[0], result[1]

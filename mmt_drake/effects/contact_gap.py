@@ -1,7 +1,8 @@
 """Clearance between probe and object: a stretch of deflection in which the contact carries nothing.
 
 d becomes sgn(d) max(abs(d) - gap/2, 0), and within the gap spring and damper are dead. gap is the total clearance; at a
-touch the probe is in its middle.
+touch the probe is in its middle. In the plane the clearance is round: abs(d) is the length of the deflection, and
+sgn(d) its direction.
 
 Easily confused with:
 

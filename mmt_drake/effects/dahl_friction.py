@@ -13,19 +13,19 @@ Easily confused with:
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
 from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.effects.presliding_friction import bristles
-from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law, norm
 
 
 def _stored(at: At, q: Own, p: Numbers) -> Result:
     return 0.5 * p[1] * q[0] ** 2, 0.0, 0.0, 0.0
 
 
-@law(Slot.BODY, remembers=True, stored=_stored)
+@law(Slot.BODY, remembers=True, in_plane=True, stored=_stored)
 def _dahl(at: At, q: Own, p: Numbers) -> Result:
     Fc, sigma = p[0], p[1]
     if Fc == 0.0 or sigma == 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    z_rate, slip = bristles(q[0], at.v, sigma, Fc)
+    z_rate, slip = bristles(q[0], at.v, norm(at.v, at.v_across), sigma, Fc)
     return -sigma * q[0], z_rate, 0.0, slip
 
 

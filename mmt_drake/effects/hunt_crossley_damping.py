@@ -1,7 +1,7 @@
 """Contact damping that grows with the deflection.
 
 b2 d' lambda abs(d) beside the structure's contact damper b2 d': no jump of the force where a contact closes, and more
-loss where it is deep.
+loss where it is deep. In the plane abs(d) is the length of the deflection.
 
 Easily confused with:
 
@@ -11,13 +11,13 @@ Easily confused with:
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.effects.passivity import ALWAYS
-from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law, norm
 
 
-@law(Slot.CONTACT)
+@law(Slot.CONTACT, in_plane=True)
 def _hunt_crossley(at: At, q: Own, p: Numbers) -> Result:
     growth, b2, m = p[0], p[1], p[2]
-    damper = b2 * growth * abs(at.d)
+    damper = b2 * growth * norm(at.d, at.d_across)
     return damper * at.d_rate, 0.0, 0.0, OSCILLATION * damper / m if m > 0.0 else 0.0
 
 

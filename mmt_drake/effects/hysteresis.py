@@ -1,7 +1,9 @@
 """A contact whose force depends on the way that led there, however slowly (Bouc and Wen).
 
 alpha z beside the contact spring, with z' = d' - beta abs(d') abs(z)^(n-1) z - gamma d' abs(z)^n. Near the last turn it
-is a spring alpha; far from it z settles at (beta + gamma)^(-1/n). Unless said gamma = beta and n = 1.
+is a spring alpha; far from it z settles at (beta + gamma)^(-1/n). Unless said gamma = beta and n = 1. In the plane d
+and z are vectors, z' = d' - (beta abs(u) + gamma u) abs(z)^(n-1) z, where u is the part of d' along z (Harvey and Gavin
+2014, Earthquake Engineering and Structural Dynamics 43(13)).
 
 alpha z^2/2 is stored, and alpha abs(z)^(n+1) abs(d') (beta + gamma sgn(d' z)) burnt, which is never negative where
 abs(gamma) <= beta (Erlicher and Point 2004, C. R. Mecanique 332(1)).
@@ -17,7 +19,7 @@ from math import inf
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values, both_ways
 from mmt_drake.effects.passivity import Passive
 from mmt_drake.errors import BadInput
-from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law, norm
 from mmt_drake.model.structure import Structure
 
 
@@ -25,13 +27,14 @@ def _stored(at: At, q: Own, p: Numbers) -> Result:
     return 0.5 * p[0] * q[0] ** 2, 0.0, 0.0, 0.0
 
 
-@law(Slot.CONTACT, remembers=True, stored=_stored)
+@law(Slot.CONTACT, remembers=True, in_plane=True, stored=_stored)
 def _bouc_wen(at: At, q: Own, p: Numbers) -> Result:
     alpha, beta, gamma, n = p[0], p[1], p[2], p[3]
-    z, speed = q[0], abs(at.d_rate)
-    power = abs(z) ** (n - 1.0)
-    z_rate = at.d_rate - beta * speed * power * z - gamma * at.d_rate * power * abs(z)
-    return alpha * z, z_rate, 0.0, n * (beta + abs(gamma)) * speed * power
+    z, size = q[0], norm(q[0], q[2])
+    along = (at.d_rate * z + at.d_rate_across * q[2]) / size if size > 0.0 else 0.0  # rate of d towards z
+    power = size ** (n - 1.0)
+    z_rate = at.d_rate - (beta * abs(along) + gamma * along) * power * z
+    return alpha * z, z_rate, 0.0, n * (beta + abs(gamma)) * norm(at.d_rate, at.d_rate_across) * power
 
 
 def _check(model: Structure, values: Values, source: str) -> None:

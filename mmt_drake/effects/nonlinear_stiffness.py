@@ -1,7 +1,7 @@
 """A contact spring that hardens or softens with its deflection (Duffing).
 
-k3 d^3 beside the contact spring; a negative k3 softens. k3 d^4/4 is stored: one that softens gives back more than it
-was given, and is not passive.
+k3 d^3 beside the contact spring, in the plane k3 abs(d)^2 d; a negative k3 softens. k3 abs(d)^4/4 is stored: one that
+softens gives back more than it was given, and is not passive.
 
 Easily confused with:
 
@@ -21,14 +21,15 @@ from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, la
 
 
 def _stored(at: At, q: Own, p: Numbers) -> Result:
-    return 0.25 * p[0] * at.d**4, 0.0, 0.0, 0.0
+    return 0.25 * p[0] * at.d**2 * (at.d**2 + at.d_across**2), 0.0, 0.0, 0.0
 
 
-@law(Slot.CONTACT, stored=_stored)
+@law(Slot.CONTACT, in_plane=True, stored=_stored)
 def _cubic(at: At, q: Own, p: Numbers) -> Result:
     k3, m = p[0], p[1]
-    rate = sqrt(3.0 * abs(k3) / m) * abs(at.d) if m > 0.0 else 0.0
-    return k3 * at.d**3, 0.0, 0.0, OSCILLATION * rate
+    square = at.d**2 + at.d_across**2
+    rate = sqrt(3.0 * abs(k3) / m * square) if m > 0.0 else 0.0
+    return k3 * at.d * square, 0.0, 0.0, OSCILLATION * rate
 
 
 def _starts(scales: Scales) -> list[Values]:

@@ -16,13 +16,13 @@ Easily confused with:
   the contact; the probe held in contact while the body creeps, or lifted off, tells them apart.
 """
 
-from math import copysign, exp, inf
+from math import exp, inf
 
 from numba import njit
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Values
 from mmt_drake.effects.passivity import Passive
-from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law, norm
 from mmt_drake.model.structure import Structure
 
 FASTEST = 3e3
@@ -30,19 +30,19 @@ FASTEST = 3e3
 
 
 @njit(error_model="numpy")
-def bristles(z: float, v: float, sigma: float, level: float) -> tuple[float, float]:
+def bristles(z: float, v: float, speed: float, sigma: float, level: float) -> tuple[float, float]:
     """The rate of the mean deflection z [m] of bristles of stiffness sigma [N/m], and how fast they settle [1/s].
 
     Args:
         z: now.
-        v: velocity of the body [m/s].
+        v, speed: velocity of the body along the axis, and its size in the plane [m/s].
         sigma: 0 or more.
         level: of friction [N] in steady sliding at this velocity.
     """
-    if sigma * abs(v) < FASTEST * level:
-        slip = sigma * abs(v) / level
+    if sigma * speed < FASTEST * level:
+        slip = sigma * speed / level
         return v - slip * z, slip
-    settled = copysign(level, v) / sigma if sigma > 0.0 else 0.0
+    settled = level * v / (speed * sigma) if sigma > 0.0 else 0.0
     return FASTEST * (settled - z), FASTEST
 
 
@@ -50,13 +50,14 @@ def _stored(at: At, q: Own, p: Numbers) -> Result:
     return 0.5 * p[0] * q[0] ** 2, 0.0, 0.0, 0.0
 
 
-@law(Slot.BODY, remembers=True, stored=_stored)
+@law(Slot.BODY, remembers=True, in_plane=True, stored=_stored)
 def _lugre(at: At, q: Own, p: Numbers) -> Result:
     sigma0, sigma1, Fs, v_s, Fc = p[0], p[1], p[2], p[3], p[4]
     if Fs == 0.0 and Fc == 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    g = Fc + (Fs - Fc) * exp(-((at.v / v_s) ** 2))
-    z_rate, slip = bristles(q[0], at.v, sigma0, g)
+    speed = norm(at.v, at.v_across)
+    g = Fc + (Fs - Fc) * exp(-((speed / v_s) ** 2))
+    z_rate, slip = bristles(q[0], at.v, speed, sigma0, g)
     return -(sigma0 * q[0] + sigma1 * z_rate), z_rate, 0.0, slip
 
 

@@ -1,6 +1,6 @@
 """Drag that grows with the square of the speed.
 
-F = -c v abs(v): a body that pushes a fluid aside. As a vector in the plane abs(v) is the speed over both axes.
+F = -c v abs(v): a body that pushes a fluid aside. In the plane abs(v) is the speed.
 
 Easily confused with:
 
@@ -9,14 +9,15 @@ Easily confused with:
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.effects.passivity import ALWAYS
-from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law, norm
 
 
-@law(Slot.FRICTION)
+@law(Slot.BODY, in_plane=True)
 def _drag(at: At, q: Own, p: Numbers) -> Result:
     c, m = p[0], p[1]
-    rate = 2.0 * c * abs(at.v) / m if m > 0.0 else 0.0
-    return c * at.v**2, 0.0, 0.0, OSCILLATION * rate
+    speed = norm(at.v, at.v_across)
+    rate = 2.0 * c * speed / m if m > 0.0 else 0.0
+    return -c * at.v * speed, 0.0, 0.0, OSCILLATION * rate
 
 
 EFFECT = Effect(

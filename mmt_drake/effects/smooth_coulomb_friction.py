@@ -1,7 +1,7 @@
 """Friction of one size against the motion that sets in gradually: a bearing with a film of grease that never sticks.
 
 F = -Fc tanh(v/v_s): viscous of Fc/v_s in creeping motion, Coulomb friction of level Fc in motion faster than v_s. It
-never holds the body.
+never holds the body. In the plane it is -Fc tanh(abs(v)/v_s) v/abs(v).
 
 Easily confused with:
 
@@ -14,7 +14,7 @@ from math import inf, tanh
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Values
 from mmt_drake.effects.passivity import ALWAYS
-from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law
+from mmt_drake.model.laws import OSCILLATION, At, Numbers, Own, Result, Slot, law, norm
 
 _FASTEST = 400.0
 """A slope at rest that would stop the body faster than this [1/s], which no recording shows, stops it so fast."""
@@ -22,14 +22,15 @@ _CREEPING = 1e-3
 """Part of the highest speed below which no recording shows how friction sets in."""
 
 
-@law(Slot.BODY)
+@law(Slot.BODY, in_plane=True)
 def _tanh(at: At, q: Own, p: Numbers) -> Result:
     Fc, v_s, m = p[0], p[1], p[2]
     if m > 0.0:
         v_s = max(v_s, Fc / (m * _FASTEST))
-    level = tanh(at.v / v_s)
+    speed = norm(at.v, at.v_across)
+    level = tanh(speed / v_s)
     rate = Fc / (m * v_s) * (1.0 - level**2) if m > 0.0 else 0.0
-    return -Fc * level, 0.0, 0.0, OSCILLATION * rate
+    return -Fc * level * at.v / speed if speed > 0.0 else 0.0, 0.0, 0.0, OSCILLATION * rate
 
 
 def _sets_in(values: Values, ranges: Ranges) -> bool:

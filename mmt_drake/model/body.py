@@ -12,18 +12,22 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model.forces import (
+    ALONE,
+    NOTHING,
+    Beside,
     BodyMotion,
     Forces,
     Spring,
+    Stretch,
     Surroundings,
     deflection,
-    force_on_probe,
     forces,
     knowledge,
+    whole_deflection,
 )
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.law_table import ENTRY, entries_of, evaluate, memory_of
-from mmt_drake.model.laws import At, Memory, Slot
+from mmt_drake.model.laws import At, Memory, Slot, norm
 from mmt_drake.model.memory import after_step, between, moved, read_memory, write_memory
 from mmt_drake.model.parameters import LAW_TABLE, Constants
 from mmt_drake.numeric.arrays import Array
@@ -64,13 +68,13 @@ def _slide(body: BodyMotion, first: Forces, s: float, h: float, around: Surround
     x, v, mode, q = body
     a1 = _acceleration(body, first)
     body2 = BodyMotion(x + half * v, v + half * a1, mode, moved(q, half, first.rates))
-    second = forces(body2, s + half, around, p)
+    second = forces(body2, s + half, around, p, ALONE)
     a2 = _acceleration(body2, second)
     body3 = BodyMotion(x + half * body2.v, v + half * a2, mode, moved(q, half, second.rates))
-    third = forces(body3, s + half, around, p)
+    third = forces(body3, s + half, around, p, ALONE)
     a3 = _acceleration(body3, third)
     body4 = BodyMotion(x + h * body3.v, v + h * a3, mode, moved(q, h, third.rates))
-    fourth = forces(body4, s + h, around, p)
+    fourth = forces(body4, s + h, around, p, ALONE)
     a4 = _acceleration(body4, fourth)
     return BodyMotion(
         x + h / 6.0 * (v + 2.0 * body2.v + 2.0 * body3.v + body4.v),
@@ -81,10 +85,12 @@ def _slide(body: BodyMotion, first: Forces, s: float, h: float, around: Surround
 
 
 @njit(error_model="numpy")
-def pull_at_rest(x: float, q: Memory, s: float, around: Surroundings, p: Constants) -> tuple[float, float]:
+def pull_at_rest(
+    x: float, q: Memory, s: float, around: Surroundings, p: Constants, other: Beside
+) -> tuple[float, float]:
     """The force that friction has to hold of a body at rest [N], and the level that it can hold that way [N]."""
-    pull = forces(BodyMotion(x, 0.0, 0.0, q), s, around, p).drive
-    return pull, forces(BodyMotion(x, 0.0, math.copysign(1.0, pull), q), s, around, p).hold
+    pull = forces(BodyMotion(x, 0.0, 0.0, q), s, around, p, other).drive
+    return pull, forces(BodyMotion(x, 0.0, math.copysign(1.0, pull), q), s, around, p, other).hold
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -92,7 +98,7 @@ def _may_stick(body: BodyMotion, s: float, around: Surroundings, p: Constants) -
     """Karnopp's condition; what has to be held is the drive of a body at rest."""
     if abs(body.v) >= p.v_d:
         return False
-    pull, hold = pull_at_rest(body.x, body.q, s, around, p)
+    pull, hold = pull_at_rest(body.x, body.q, s, around, p, ALONE)
     return abs(pull) < hold
 
 
@@ -110,7 +116,7 @@ def limited(h: float, decay: float) -> float:
 def _acting_along(q: Memory, s: float, path: Cubic, around: Surroundings, p: Constants) -> Forces:
     """The forces on a body that moves along a path."""
     v = velocity_at(path, s)
-    return forces(BodyMotion(position_at(path, s), v, np.sign(v), q), s, around, p)
+    return forces(BodyMotion(position_at(path, s), v, np.sign(v), q), s, around, p, ALONE)
 
 
 @njit(error_model="numpy")
@@ -137,13 +143,13 @@ def remember(q: Memory, s: float, s_end: float, path: Cubic, around: Surrounding
 
 
 @njit(error_model="numpy", forceinline=True)
-def short_at_edge(h: float, body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
+def short_at_edge(h: float, body: BodyMotion, s: float, around: Surroundings, p: Constants, other: Beside) -> float:
     """A step of at most h [s], short where it may reach the edge of the clearance: there the damper's force jumps."""
     if p.driven or not around.contact:
         return h
-    d = position_at(around.probe, s) - body.x - around.anchor
-    reach = 1.5 * h * abs(velocity_at(around.probe, s) - body.v)
-    return h / _EDGE_STEPS if abs(abs(d) - 0.5 * p.gap) <= reach else h
+    d, d_rate = whole_deflection(body.x, body.v, s, around, p)
+    reach = 1.5 * h * norm(d_rate, other.d_rate)
+    return h / _EDGE_STEPS if abs(norm(d, other.d) - 0.5 * p.gap) <= reach else h
 
 
 @njit(error_model="numpy")
@@ -151,7 +157,7 @@ def break_away(
     x: float, q: Memory, s: float, s_end: float, around: Surroundings, p: Constants
 ) -> tuple[float, float, Memory]:
     """Time within [s, s_end] at which a stuck body lets go, its direction and memory then; s_end, 0 if it does not."""
-    pull, hold = pull_at_rest(x, q, s, around, p)
+    pull, hold = pull_at_rest(x, q, s, around, p, ALONE)
     if abs(pull) > hold:
         return s, math.copysign(1.0, pull), q
     path = Cubic(x, 0.0, 0.0, 0.0)
@@ -160,18 +166,18 @@ def break_away(
         if p.remembers:
             h = min(h, p.max_step)
             q1 = remember(q, s, s + h, path, around, p)
-        pull, hold = pull_at_rest(x, q1, s + h, around, p)
+        pull, hold = pull_at_rest(x, q1, s + h, around, p, ALONE)
         if abs(pull) > hold:
             low, high = 0.0, h
             for _ in range(BISECTIONS):
                 mid = 0.5 * (low + high)
-                pull, hold = pull_at_rest(x, between(q, q1, mid / h), s + mid, around, p)
+                pull, hold = pull_at_rest(x, between(q, q1, mid / h), s + mid, around, p, ALONE)
                 if abs(pull) > hold:
                     high = mid
                 else:
                     low = mid
             q = between(q, q1, high / h)
-            pull, _ = pull_at_rest(x, q, s + high, around, p)
+            pull, _ = pull_at_rest(x, q, s + high, around, p, ALONE)
             return s + high, math.copysign(1.0, pull), q
         q = q1
         s = s_end if s + h >= s_end - 1e-9 * h else s + h
@@ -187,7 +193,7 @@ def _end_of_slide(
     The body's motion inside the step is the cubic through its ends, `body` with acceleration a and `body1`.
     """
     position = cubic(body.x, body.v, body1.x, body1.v, h)
-    velocity = cubic(body.v, a, body1.v, _acceleration(body1, forces(body1, s + h, around, p)), h)
+    velocity = cubic(body.v, a, body1.v, _acceleration(body1, forces(body1, s + h, around, p, ALONE)), h)
     low, high = 0.0, h
     for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
@@ -229,8 +235,8 @@ def advance_axis(body: BodyMotion, s: float, s_end: float, around: Surroundings,
             body = BodyMotion(body.x, 0.0, mode, q)
             if mode == 0.0:
                 break
-        acting = forces(body, s, around, p)
-        h = h_max if p.gap == 0.0 else short_at_edge(h_max, body, s, around, p)
+        acting = forces(body, s, around, p, ALONE)
+        h = h_max if p.gap == 0.0 else short_at_edge(h_max, body, s, around, p, ALONE)
         h = limited(h, acting.decay)
         last = s + h >= s_end - 1e-9 * h
         if last:
@@ -244,7 +250,7 @@ def advance_axis(body: BodyMotion, s: float, s_end: float, around: Surroundings,
             last = False
             x, _, _, q = _slide(body, acting, s, h, around, p)
             # It stops there: held by friction, or to turn because the drive beats friction the other way.
-            pull, hold = pull_at_rest(x, q, s + h, around, p)
+            pull, hold = pull_at_rest(x, q, s + h, around, p, ALONE)
             body1 = BodyMotion(x, 0.0, 0.0 if abs(pull) <= hold else math.copysign(1.0, pull), q)
             if abs(pull) <= _AT_LEVEL * hold and events * h_max > _MOST_SLIPS * (s + h - began + h_max):
                 # A probe that creeps at the break-away level makes it slip by less than an atom's width, ever again.
@@ -317,22 +323,16 @@ def settle(state: Array, at: int, x: float, around: Surroundings, p: Constants) 
     """
     if p.remembers:
         q = read_memory(state, at + MEMORY)
-        d, _ = deflection(x, 0.0, 0.0, around, p)
-        here = knowledge(BodyMotion(x, 0.0, 0.0, q), d, 0.0, 0.0, around, p)
+        d, _, _, _ = deflection(x, 0.0, 0.0, around, p, ALONE)
+        here = knowledge(BodyMotion(x, 0.0, 0.0, q), Stretch(d, 0.0, 0.0, 0.0), 0.0, around, p, ALONE)
         first, end = entries_of(_CONTACT, _CONTACT, p.laws, LAW_TABLE)
         for entry in range(first, end, ENTRY):
             k = memory_of(p.laws, entry)
             if k >= 0:
-                _, r0, r1, rate = evaluate(p.laws, entry, here, q)
+                _, r0, r1, rate = evaluate(p.laws, entry, here, q, NOTHING)
                 if rate > 0.0:
                     state[at + MEMORY + k] += r0 / rate
                     state[at + MEMORY + k + 1] += r1 / rate
-
-
-@njit(error_model="numpy", forceinline=True)
-def contact_force(state: Array, at: int, around: Surroundings, s: float, p: Constants) -> float:
-    """Force of the body that begins at `at` on the probe, s [s] after the first sample, in contact [N]."""
-    return force_on_probe(read_motion(state, at), s, around, p)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -359,8 +359,8 @@ def _law_reading(state: Array, at: int, force: float, normal: float, t: float, h
     first, end = entries_of(_SENSOR, _SENSOR, p.laws, LAW_TABLE)
     for entry in range(first, end, ENTRY):
         zero = 0.0
-        here = At(t, zero, zero, zero, zero, zero, zero, force, normal, h)
-        force, q0, q1, _ = evaluate(p.laws, entry, here, q)
+        here = At(t, zero, zero, zero, zero, zero, zero, force, normal, h, zero, zero, zero)
+        force, q0, q1, _ = evaluate(p.laws, entry, here, q, NOTHING)
         k = memory_of(p.laws, entry)
         if k >= 0:
             state[at + SENSOR_MEMORY + k], state[at + SENSOR_MEMORY + k + 1] = q0, q1

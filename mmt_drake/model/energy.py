@@ -13,7 +13,7 @@ from mmt_drake.model.flexible_box import (
     facet_of,
     tip_of,
 )
-from mmt_drake.model.forces import constants, stored_in_laws
+from mmt_drake.model.forces import beside, constants, stored_in_laws
 from mmt_drake.model.local_contact import height_above, is_level
 from mmt_drake.model.parameters import K1, K2, LAWS, NORMAL_AXIS, NORMAL_K, M
 from mmt_drake.model.turned import TURN_SIZE
@@ -50,5 +50,6 @@ def stored_energy(state: Array, p: Array) -> float:
 def _stored_in_laws(state: Array, p: Array) -> float:
     c, (first, second) = constants(p), axes_of_laws(state)
     x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
-    along = stored_in_laws(x, 0.0, around_axis(state, 0, first, c), c)
-    return along + stored_in_laws(y, 0.0, around_axis(state, 1, second, c), c)
+    along, across = around_axis(state, 0, first, c), around_axis(state, 1, second, c)
+    of_x = stored_in_laws(x, 0.0, along, c, beside(y, 0.0, across, c))
+    return of_x + stored_in_laws(y, 0.0, across, c, beside(x, 0.0, along, c))

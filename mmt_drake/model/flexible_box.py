@@ -28,12 +28,20 @@ from mmt_drake.model.body import (
     POSITION,
     READING,
     VELOCITY,
-    contact_force,
     read_motion,
     sense,
     touch,
 )  # fmt: skip
-from mmt_drake.model.forces import Spring, Surroundings, constants, law_push, level_spring, normal_force
+from mmt_drake.model.forces import (
+    Spring,
+    Surroundings,
+    beside,
+    constants,
+    contact_forces,
+    law_push,
+    level_spring,
+    normal_force,
+)
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.local_contact import Facet, Touch, axes_of, force_of, height_above, is_level, touching
 from mmt_drake.model.normal_axis import begin_normal, press, pressed, touch_normal
@@ -205,20 +213,17 @@ def _forces(state: Array, p: Array, c: Constants) -> tuple[float, float, float]:
     height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
     if c.normal_axis != 0.0:
         height = Cubic(pressed(state, NORMAL, height, 0.0, t, _normal_constants(p, c)), 0.0, 0.0, 0.0)
-    return (
-        _tangential_force(state, 0, height, t, c),
-        _tangential_force(state, 1, height, t, c),
-        normal_force(height.x0, height.v0, c),
-    )
+    x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
+    along, across = _around(state, 0, height, t, c), _around(state, 1, height, t, c)
+    felt_x, felt_y = contact_forces(x, y, 0.0, along, across, c)
+    return felt_x, felt_y, normal_force(height.x0, height.v0, c)
 
 
 @njit(error_model="numpy", forceinline=True)
-def _tangential_force(state: Array, i: int, height: Cubic, t: float, c: Constants) -> float:
-    """Along x (0) or y (1), in contact."""
-    body = BODY + AXIS_SIZE * i
+def _around(state: Array, i: int, height: Cubic, t: float, c: Constants) -> Surroundings:
+    """What acts along x (0) or y (1) on a level surface, in contact."""
     probe = Cubic(state[PROBE + i], state[PROBE + 3 + i], 0.0, 0.0)
-    around = Surroundings(probe, height, state[body + ANCHOR], True, t, level_spring(c))
-    return contact_force(state, body, around, 0.0, c)
+    return Surroundings(probe, height, state[BODY + AXIS_SIZE * i + ANCHOR], True, t, level_spring(c))
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -294,8 +299,9 @@ def _push_of_laws(state: Array, c: Constants) -> Vector:
     """By which laws of a contact push the body, on a surface that is not level [N]."""
     first, second = axes_of_laws(state)
     x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
-    along = law_push(x, 0.0, around_axis(state, 0, first, c), c)
-    return plus(times(along, first), times(law_push(y, 0.0, around_axis(state, 1, second, c), c), second))
+    along, across = around_axis(state, 0, first, c), around_axis(state, 1, second, c)
+    push_x = law_push(x, 0.0, along, c, beside(y, 0.0, across, c))
+    return plus(times(push_x, first), times(law_push(y, 0.0, across, c, beside(x, 0.0, along, c)), second))
 
 
 @njit(cache=True, error_model="numpy")

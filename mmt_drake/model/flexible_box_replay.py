@@ -6,18 +6,16 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from mmt_drake.model.body import (
-    ANCHOR,
-    AXIS_SIZE,
-    POSITION,
-    READING,
-    VELOCITY,
-    advance_body,
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION, READING, VELOCITY, advance_body, read_motion, sense, touch
+from mmt_drake.model.forces import (
+    ALONE,
+    Surroundings,
+    constants,
     contact_force,
-    sense,
-    touch,
+    contact_forces,
+    level_spring,
+    normal_force,
 )
-from mmt_drake.model.forces import Surroundings, constants, level_spring, normal_force
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.parameters import Constants
 from mmt_drake.model.tangential import advance_object
@@ -32,10 +30,9 @@ def _path(probe: Array, rate: Array, i: int, k: int, h: float) -> Cubic:
 
 
 @njit(error_model="numpy", forceinline=True)
-def _felt(state: Array, at: int, probe: float, rate: float, over: Cubic, t: float, c: Constants) -> float:
-    """Force on the probe along the axis that begins at `at` in the state, in contact [N]."""
-    around = Surroundings(Cubic(probe, rate, 0.0, 0.0), over, state[at + ANCHOR], True, t, level_spring(c))
-    return contact_force(state, at, around, 0.0, c)
+def _around(state: Array, at: int, probe: float, rate: float, over: Cubic, t: float, c: Constants) -> Surroundings:
+    """What acts along the axis that begins at `at` in the state, in contact."""
+    return Surroundings(Cubic(probe, rate, 0.0, 0.0), over, state[at + ANCHOR], True, t, level_spring(c))
 
 
 def _over(axes: int) -> Callable[..., None]:
@@ -92,9 +89,13 @@ def _over(axes: int) -> Callable[..., None]:
             felt, other = 0.0, 0.0
             if contact:
                 over = Cubic(height[k], height_rate[k], 0.0, 0.0)
-                felt = _felt(state, 0, probe[0, k], probe_rate[0, k], over, time[k] - begin_at, c)
-                if axes == 2:
-                    other = _felt(state, AXIS_SIZE, probe[1, k], probe_rate[1, k], over, time[k] - begin_at, c)
+                t, x = time[k] - begin_at, read_motion(state, 0)
+                first = _around(state, 0, probe[0, k], probe_rate[0, k], over, t, c)
+                if axes == 1:
+                    felt = contact_force(x, 0.0, first, c, ALONE)
+                else:
+                    second = _around(state, AXIS_SIZE, probe[1, k], probe_rate[1, k], over, t, c)
+                    felt, other = contact_forces(x, read_motion(state, AXIS_SIZE), 0.0, first, second, c)
             if axes == 2 and c.normal_axis != 0.0:
                 felt, other, normal = in_force_frame(p, int(c.normal_axis), felt, other, normal)
             if len(force) > axes:

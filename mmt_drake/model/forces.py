@@ -17,9 +17,19 @@ from numba import njit
 from numba.extending import overload
 
 from mmt_drake.model.hermite import Cubic, position_at, velocity_at
-from mmt_drake.model.law_table import ENTRY, entries_of, evaluate, memory_of, remembers, share_of, slot_of, stored_by
-from mmt_drake.model.laws import At, Memory, Slot
-from mmt_drake.model.parameters import FD, FS, LAW_TABLE, LAWS, Constants, M
+from mmt_drake.model.law_table import (
+    ENTRY,
+    entries_of,
+    evaluate,
+    memory_of,
+    read_the_plane,
+    remembers,
+    share_of,
+    slot_of,
+    stored_by,
+)
+from mmt_drake.model.laws import At, Memory, Slot, norm
+from mmt_drake.model.parameters import FD, FS, GAP, LAW_TABLE, LAWS, PLANAR, Constants, M
 from mmt_drake.numeric.arrays import Array, fixed_tuple
 
 # Slots as plain numbers, for the kernels.
@@ -76,6 +86,39 @@ class BodyMotion(NamedTuple):
     q: Memory
 
 
+class Beside(NamedTuple):
+    """The other axis of the plane, as far as what acts on this one depends on it.
+
+    Attributes:
+        v: velocity of the body [m/s].
+        d, d_rate: deflection of the contact spring, clearance and all, and its rate [m], [m/s].
+        q: memory of the laws.
+    """
+
+    v: float
+    d: float
+    d_rate: float
+    q: Memory
+
+
+ALONE = Beside(0.0, 0.0, 0.0, NOTHING)
+"""There is no other axis, or it does not matter."""
+
+
+class Stretch(NamedTuple):
+    """What is left of the contact spring's deflection by the clearance.
+
+    Attributes:
+        d, rate: along this axis [m], [m/s].
+        d_across, rate_across: along the other.
+    """
+
+    d: float
+    rate: float
+    d_across: float
+    rate_across: float
+
+
 class Forces(NamedTuple):
     """The forces on a body at an instant, and the mass that they accelerate.
 
@@ -84,7 +127,7 @@ class Forces(NamedTuple):
         sliding, hold: friction while sliding in the body's direction, and what must be overcome to do so [N].
         inverse_mass: [1/kg].
         rates: of the memory.
-        decay: the fastest of the laws [1/s].
+        decay: the fastest of the memory [1/s].
     """
 
     drive: float
@@ -107,14 +150,16 @@ def _compiled_numbers(p: Any) -> Any:
 @njit(error_model="numpy", forceinline=True)
 def constants(p: Array) -> Constants:
     """A kernel vector in plain numbers."""
-    address, has_memory, rubs = 0, False, False
+    address, has_memory, rubs, turned = 0, False, False, p[GAP] != 0.0
     if p[LAWS] != 0.0:
         address = p.ctypes.data
         has_memory = remembers(address, LAW_TABLE)
         first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
         rubs = first != end
+        turned = turned or read_the_plane(address, LAW_TABLE)
     smooth = p[FS] == 0.0 and p[FD] == 0.0 and not rubs
-    numbers = (*_numbers(p), address, 1.0 / p[M], has_memory, rubs, smooth)
+    coupled = p[PLANAR] != 0.0 and (turned or not smooth)
+    numbers = (*_numbers(p), address, 1.0 / p[M], has_memory, rubs, smooth, coupled)
     return Constants(*numbers)
 
 
@@ -125,14 +170,16 @@ def normal_force(z: float, vz: float, p: Constants) -> float:
 
 
 @njit(error_model="numpy", forceinline=True)
-def through_gap(d: float, d_rate: float, p: Constants) -> tuple[float, float]:
-    """Deflection and rate that reach the contact spring and damper across a clearance: none inside it."""
+def through_gap(d: float, d_rate: float, beside: Beside, p: Constants) -> Stretch:
+    """What of a deflection and its rate reaches the contact spring and damper across a clearance: none inside it."""
     half = 0.5 * p.gap
     if half == 0.0:
-        return d, d_rate
-    if abs(d) <= half:
-        return 0.0, 0.0
-    return d - math.copysign(half, d), d_rate
+        return Stretch(d, d_rate, beside.d, beside.d_rate)
+    far = norm(d, beside.d)
+    if far <= half:
+        return Stretch(0.0, 0.0, 0.0, 0.0)
+    part = (far - half) / far
+    return Stretch(part * d, d_rate, part * beside.d, beside.d_rate)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -142,23 +189,38 @@ def level_spring(p: Constants) -> Spring:
 
 
 @njit(error_model="numpy", forceinline=True)
-def contact_push(d: float, d_rate: float, s: float, spring: Spring) -> float:
+def contact_push(stretch: Stretch, s: float, spring: Spring) -> float:
     """Force of the contact on the body [N]; on a level surface the probe feels its negative."""
-    return spring.k * d + spring.b * d_rate + position_at(spring.push, s)
+    return spring.k * stretch.d + spring.b * stretch.rate + position_at(spring.push, s)
 
 
 @njit(error_model="numpy", forceinline=True)
-def deflection(x: float, v: float, s: float, around: Surroundings, p: Constants) -> tuple[float, float]:
-    """Of the contact spring, and its rate [m], [m/s]; a driven body's spring is the one to the world."""
+def whole_deflection(x: float, v: float, s: float, around: Surroundings, p: Constants) -> tuple[float, float]:
+    """Of the contact spring and its clearance, and its rate [m], [m/s]; a driven body's spring is that to the world."""
     if p.driven:
-        return through_gap(x - around.anchor, v, p)
-    d = position_at(around.probe, s) - x - around.anchor
-    return through_gap(d, velocity_at(around.probe, s) - v, p)
+        return x - around.anchor, v
+    return position_at(around.probe, s) - x - around.anchor, velocity_at(around.probe, s) - v
 
 
 @njit(error_model="numpy", forceinline=True)
-def knowledge(body: BodyMotion, d: float, d_rate: float, s: float, around: Surroundings, p: Constants) -> At:
-    """What laws know of a body whose spring has deflection d [m], at the rate d_rate [m/s]."""
+def beside(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> Beside:
+    """What the other axis has to know of one; nothing where each is by itself."""
+    if not p.coupled:
+        return ALONE
+    d, d_rate = whole_deflection(body.x, body.v, s, around, p)
+    return Beside(body.v, d, d_rate, body.q)
+
+
+@njit(error_model="numpy", forceinline=True)
+def deflection(x: float, v: float, s: float, around: Surroundings, p: Constants, other: Beside) -> Stretch:
+    """Of the contact spring."""
+    d, d_rate = whole_deflection(x, v, s, around, p)
+    return through_gap(d, d_rate, other, p)
+
+
+@njit(error_model="numpy", forceinline=True)
+def knowledge(body: BodyMotion, stretch: Stretch, s: float, around: Surroundings, p: Constants, other: Beside) -> At:
+    """What laws know of a body whose spring has a deflection."""
     load = 0.0
     if around.contact:
         load = normal_force(position_at(around.height, s), velocity_at(around.height, s), p)
@@ -167,38 +229,40 @@ def knowledge(body: BodyMotion, d: float, d_rate: float, s: float, around: Surro
         elif load < 0.0:  # and not `max`: NaN stays
             load = 0.0
     push = p.gain * position_at(around.probe, s) if p.driven else 0.0
-    return At(around.start + s, body.x, body.v, d, d_rate, load, body.mode, push, 0.0, 0.0)
+    here = (around.start + s, body.x, body.v, stretch.d, stretch.rate, load, body.mode, push, 0.0, 0.0)
+    return At(*here, other.v, stretch.d_across, stretch.rate_across)
 
 
 @njit(error_model="numpy", forceinline=True)
-def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> Forces:
+def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants, other: Beside) -> Forces:
     """The forces on a body s [s] after the first sample."""
-    d, d_rate = deflection(body.x, body.v, s, around, p)
+    stretch = deflection(body.x, body.v, s, around, p, other)
     drive = -p.b1 * body.v
     if p.driven:
-        drive += p.gain * position_at(around.probe, s) + p.offset - p.k1 * d
+        drive += p.gain * position_at(around.probe, s) + p.offset - p.k1 * stretch.d
         if p.pendulum != 0.0:
             drive -= p.pendulum * math.sin(body.x)
     else:
         drive -= p.k1 * body.x
         if around.contact:
-            drive += contact_push(d, d_rate, s, around.spring)
+            drive += contact_push(stretch, s, around.spring)
         if p.loaded != 0.0:
             drive += p.loaded * position_at(around.height, s)
     if p.laws == 0:
         return Forces(drive, p.Fd, p.Fs, p.inverse_mass, NOTHING, 0.0)
-    return _with_laws(drive, knowledge(body, d, d_rate, s, around, p), body.q, around.contact, p)
+    at = knowledge(body, stretch, s, around, p, other)
+    return _with_laws(drive, at, body.q, other.q, around.contact, p)
 
 
 @njit(error_model="numpy", forceinline=True)
 def _driven_by(force: float, at: At) -> At:
     """The knowledge of laws about a body that another force drives; it is the load, too, where none was recorded."""
     load = abs(force) if math.isnan(at.load) else at.load
-    return At(at.t, at.x, at.v, at.d, at.d_rate, load, at.direction, force, at.normal_force, at.h)
+    return At(at.t, at.x, at.v, at.d, at.d_rate, load, at.direction, force, at.normal_force, at.h, 0.0, 0.0, 0.0)
 
 
 @njit(error_model="numpy")
-def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> Forces:
+def _with_laws(drive: float, at: At, q: Memory, across: Memory, contact: bool, p: Constants) -> Forces:
     """The forces with what all laws add, each evaluated once."""
     sliding, hold, mass, decay = p.Fd, p.Fs, p.m, 0.0
     r0, r1, r2, r3 = NOTHING
@@ -208,12 +272,11 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
         slot = slot_of(p.laws, entry)
         if slot == _CONTACT and not contact:
             continue
-        value, second, third, rate = evaluate(p.laws, entry, at, q)
+        value, second, third, rate = evaluate(p.laws, entry, at, q, across)
         share = share_of(p.laws, entry)
         value *= share
         if slot == _DRIVE:
             at, value = _driven_by(value, at), value - at.force
-        decay = max(decay, rate)
         if slot == _FRICTION:
             sliding += value
             hold += share * second
@@ -221,6 +284,7 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
             mass += value
         else:
             drive += spring * value if slot == _CONTACT else value
+            decay = max(decay, rate)
             k = memory_of(p.laws, entry)
             if k == 0:
                 r0, r1 = second, third
@@ -230,38 +294,46 @@ def _with_laws(drive: float, at: At, q: Memory, contact: bool, p: Constants) -> 
 
 
 @njit(error_model="numpy", forceinline=True)
-def force_on_probe(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
-    """Of the contact spring and damper and what laws put beside them, in contact [N]."""
-    d, d_rate = deflection(body.x, body.v, s, around, p)
-    push = contact_push(d, d_rate, s, around.spring)
+def contact_force(body: BodyMotion, s: float, around: Surroundings, p: Constants, other: Beside) -> float:
+    """Of the contact spring and damper and what laws put beside them on the probe, in contact [N]."""
+    stretch = deflection(body.x, body.v, s, around, p, other)
+    push = contact_push(stretch, s, around.spring)
     if p.laws != 0:
-        push += _law_push(knowledge(body, d, d_rate, s, around, p), body.q, p)
+        push += _law_push(knowledge(body, stretch, s, around, p, other), body.q, other.q, p)
     return -push
 
 
+@njit(error_model="numpy", forceinline=True)
+def contact_forces(
+    x: BodyMotion, y: BodyMotion, s: float, along: Surroundings, across: Surroundings, p: Constants
+) -> tuple[float, float]:
+    """`contact_force` along both axes of the plane."""
+    felt = contact_force(x, s, along, p, beside(y, s, across, p))
+    return felt, contact_force(y, s, across, p, beside(x, s, along, p))
+
+
 @njit(error_model="numpy")
-def law_push(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
+def law_push(body: BodyMotion, s: float, around: Surroundings, p: Constants, other: Beside) -> float:
     """Force on the body of what laws put beside the contact spring, in contact [N]."""
-    d, d_rate = deflection(body.x, body.v, s, around, p)
-    return _law_push(knowledge(body, d, d_rate, s, around, p), body.q, p)
+    stretch = deflection(body.x, body.v, s, around, p, other)
+    return _law_push(knowledge(body, stretch, s, around, p, other), body.q, other.q, p)
 
 
 @njit(error_model="numpy")
-def _law_push(at: At, q: Memory, p: Constants) -> float:
+def _law_push(at: At, q: Memory, across: Memory, p: Constants) -> float:
     push = 0.0
     first, end = entries_of(_CONTACT, _CONTACT, p.laws, LAW_TABLE)
     for entry in range(first, end, ENTRY):
-        value, _, _, _ = evaluate(p.laws, entry, at, q)
+        value, _, _, _ = evaluate(p.laws, entry, at, q, across)
         push += share_of(p.laws, entry) * value
     return push
 
 
 @njit(error_model="numpy")
-def stored_in_laws(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> float:
-    """The energy that the laws on a body hold [J]; those of a contact hold none off it."""
-    d, d_rate = deflection(body.x, body.v, s, around, p)
-    at, energy = knowledge(body, d, d_rate, s, around, p), 0.0
+def stored_in_laws(body: BodyMotion, s: float, around: Surroundings, p: Constants, other: Beside) -> float:
+    """The energy that the laws on a body hold along an axis [J]; those of a contact hold none off it."""
+    at, energy = knowledge(body, deflection(body.x, body.v, s, around, p, other), s, around, p, other), 0.0
     first, end = entries_of(_BODY, _CONTACT if around.contact else _BODY, p.laws, LAW_TABLE)
     for entry in range(first, end, ENTRY):
-        energy += stored_by(p.laws, entry, at, body.q)
+        energy += stored_by(p.laws, entry, at, body.q, other.q)
     return energy

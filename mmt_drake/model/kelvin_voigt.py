@@ -26,7 +26,7 @@ from mmt_drake.model.body import (
     sense,
     settle,
 )
-from mmt_drake.model.forces import BodyMotion, Surroundings, constants, deflection, forces, level_spring
+from mmt_drake.model.forces import ALONE, BodyMotion, Surroundings, constants, deflection, forces, level_spring
 from mmt_drake.model.hermite import Cubic, cubic
 from mmt_drake.model.over import take_course
 from mmt_drake.model.parameters import COURSE, Constants, kernel_vector
@@ -93,8 +93,8 @@ def spring_force(probe: BodyMotion, load: float, t: float, c: Constants) -> floa
     """Force on the probe [N] where it is, under a normal load [N], t [s] after the first sample."""
     nothing, over = Cubic(0.0, 0.0, 0.0, 0.0), Cubic(load, 0.0, 0.0, 0.0)
     around = Surroundings(nothing, over, c.rest, True, t, level_spring(c))
-    acting = forces(probe, 0.0, around, c)
-    _, d_rate = deflection(probe.x, probe.v, 0.0, around, c)
+    acting = forces(probe, 0.0, around, c, ALONE)
+    _, d_rate, _, _ = deflection(probe.x, probe.v, 0.0, around, c, ALONE)
     return acting.drive - c.b2 * d_rate - probe.mode * acting.sliding
 
 

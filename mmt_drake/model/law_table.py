@@ -29,9 +29,10 @@ _BYTES = 8  # of a number
 
 # The table in a kernel vector: its head, an entry for each law in the order of the slots, the curves.
 # The head: for each slot where in the vector its entries begin, then where those of the last slot end; whether a law on
-# the body has a memory.
+# the body has a memory, and whether one reads what the other axis of the plane does.
 _REMEMBERS = len(Slot) + 1
-HEAD = len(Slot) + 2
+_IN_PLANE = _REMEMBERS + 1
+HEAD = _IN_PLANE + 1
 # An entry. An address is a whole number below 2^53, which float64 holds exactly; _CURVE is where the curve begins in
 # the vector, or 0; SHARE is that of its force which acts (of what is added: the sensor's laws know none).
 _SLOT, ADDRESS, MEMORY, _CURVE, _STORED, SHARE, VALUES = range(7)
@@ -50,6 +51,7 @@ def table(laws: tuple[ActiveLaw, ...], start: int) -> Array:
     slots = [active.law.slot for active in ordered]
     head[:_REMEMBERS] = start + HEAD + ENTRY * np.searchsorted(slots, range(_REMEMBERS))
     head[_REMEMBERS] = any(active.law.remembers and active.law.slot != Slot.SENSOR for active in laws)
+    head[_IN_PLANE] = any(active.law.in_plane for active in laws)
     curves: list[float] = []
     taken = {True: 0, False: 0}
     for row, active in zip(entries, ordered, strict=True):
@@ -104,6 +106,12 @@ def remembers(vector: int, start: int) -> bool:
 
 
 @njit(error_model="numpy")
+def read_the_plane(vector: int, start: int) -> bool:
+    """True where a law reads what the other axis of the plane does; arguments as of `entries_of`."""
+    return bool(number_at(vector, start + _IN_PLANE) != 0.0)
+
+
+@njit(error_model="numpy")
 def slot_of(vector: int, entry: int) -> int:
     """Slot of the law whose entry begins at `entry` in the kernel vector at an address."""
     return int(number_at(vector, entry + _SLOT))
@@ -122,34 +130,34 @@ def share_of(vector: int, entry: int) -> float:
 
 
 @njit(error_model="numpy")
-def evaluate(vector: int, entry: int, at: At, q: Memory) -> Result:
-    """Call the law whose entry begins at `entry`, with its part of the memory `q`."""
-    return _called(int(number_at(vector, entry + ADDRESS)), vector, entry, at, q)
+def evaluate(vector: int, entry: int, at: At, q: Memory, across: Memory) -> Result:
+    """Call the law whose entry begins at `entry`, with its part of the memory `q` and of that of the other axis."""
+    return _called(int(number_at(vector, entry + ADDRESS)), vector, entry, at, q, across)
 
 
 @njit(error_model="numpy")
-def stored_by(vector: int, entry: int, at: At, q: Memory) -> float:
-    """The energy that the law holds, with its share [J]."""
+def stored_by(vector: int, entry: int, at: At, q: Memory, across: Memory) -> float:
+    """The energy that the law holds, with its share [J]; arguments as of `evaluate`."""
     address = int(number_at(vector, entry + _STORED))
     if address == 0:
         return 0.0
-    energy, _, _, _ = _called(address, vector, entry, at, q)
+    energy, _, _, _ = _called(address, vector, entry, at, q, across)
     return energy * share_of(vector, entry)
 
 
 @njit(error_model="numpy")
-def _called(address: int, vector: int, entry: int, at: At, q: Memory) -> Result:
+def _called(address: int, vector: int, entry: int, at: At, q: Memory, across: Memory) -> Result:
     k = memory_of(vector, entry)
-    pair = (0.0, 0.0)
+    own = (0.0, 0.0, 0.0, 0.0)
     if k == 0:
-        pair = (q[0], q[1])
+        own = (q[0], q[1], across[0], across[1])
     elif k == 2:
-        pair = (q[2], q[3])
+        own = (q[2], q[3], across[2], across[3])
     values = vector + _BYTES * (entry + VALUES)
     last = number_at(values, 5)
     curve = int(number_at(vector, entry + _CURVE))
     if curve != 0:
         last = float(vector + _BYTES * curve)
     numbers = (number_at(values, 0), number_at(values, 1), number_at(values, 2), number_at(values, 3))
-    result: Result = call_law(address, at, pair, (*numbers, number_at(values, 4), last))
+    result: Result = call_law(address, at, own, (*numbers, number_at(values, 4), last))
     return result

@@ -12,7 +12,9 @@ A law is a function of three tuples::
         return p[0] * at.d**3, 0.0, 0.0, 0.0
 
 `at` (`At`) is what there is to know at an instant, `q` the law's own memory of two numbers, `p` its parameters. It
-returns four numbers, whose meaning is that of the slot (`Slot`).
+returns four numbers, whose meaning is that of the slot (`Slot`). A law that is alike in all directions of the plane
+also reads what the other axis does (`in_plane`): of `at` what ends in `_across`, and that axis's memory, q[2] and q[3].
+All of this is 0 where an axis is by itself.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import inspect
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,8 +37,8 @@ from numba.extending import intrinsic
 
 Memory = tuple[float, float, float, float]
 """Of all laws on a body, or of all in a sensor."""
-Own = tuple[float, float]
-"""q of a law: its own part of the memory."""
+Own = tuple[float, float, float, float]
+"""q of a law: its own part of the memory, then the same of the other axis of the plane."""
 Numbers = tuple[float, ...]
 """p of a law."""
 Result = tuple[float, float, float, float]
@@ -56,9 +59,8 @@ class Slot(IntEnum):
     - `CONTACT`: force of a further element beside the contact spring [N], counted along the deflection as that of the
       spring is; the rest as in `BODY`. Acts while the contact holds; its memory is emptied at each touch.
     - `FRICTION`: the level of friction [N] while sliding in `at.direction`, and the level that must be overcome to
-      slide in that direction from rest [N]; 0; the rate at which it slows the body now [1/s], which bounds the step as
-      in `BODY` (0 for a level that depends little on the speed). Levels of several laws add up, with the model's own.
-      Where friction is a vector in the plane, `abs(at.v)` is the speed.
+      slide in that direction from rest [N]; 0, 0. Levels of several laws add up, together with the model's own. Where
+      friction is a vector in the plane, `abs(at.v)` is the speed.
     - `INERTIA`: mass added to the body [kg]; 0, 0, 0.
     - `SENSOR`: what the force sensor reads instead of `at.force` [N]; the new q[0] and q[1]; 0. Called once a sample.
     """
@@ -83,6 +85,8 @@ class At(NamedTuple):
         force: in `SENSOR`: the tangential force before the law; elsewhere what the input drives the body with [N].
         normal_force: in `SENSOR`: along the surface normal [N].
         h: in `SENSOR`: time since the previous sample [s], 0 at the first.
+        v_across, d_across, d_rate_across: v, d and d_rate along the other axis of the plane; 0 where an axis is by
+            itself.
     """
 
     t: float
@@ -95,11 +99,14 @@ class At(NamedTuple):
     force: float
     normal_force: float
     h: float
+    v_across: float = 0.0
+    d_across: float = 0.0
+    d_rate_across: float = 0.0
 
 
 _kinds: Any = types
 AT_TYPE = _kinds.NamedUniTuple(types.float64, len(At._fields), At)
-OWN_TYPE = _kinds.UniTuple(types.float64, 2)
+OWN_TYPE = _kinds.UniTuple(types.float64, 4)
 NUMBERS_TYPE = _kinds.UniTuple(types.float64, LAW_PARAMETERS)
 RESULT_TYPE = _kinds.UniTuple(types.float64, 4)
 _SIGNATURE = RESULT_TYPE(AT_TYPE, OWN_TYPE, NUMBERS_TYPE)
@@ -119,6 +126,7 @@ class Law:
         remembers: whether it uses its memory.
         order: of sensor laws: the lesser reads first.
         every_axis: of sensor laws: whether it reads the force along the surface normal as well.
+        in_plane: of laws on a body: whether it reads what the other axis of the plane does.
         stored: the energy that it holds [J], of the same arguments, and 0, 0, 0; None: it holds none.
     """
 
@@ -127,6 +135,7 @@ class Law:
     remembers: bool = False
     order: int = 0
     every_axis: bool = False
+    in_plane: bool = False
     stored: LawFunction | None = None
 
     @cached_property
@@ -180,10 +189,16 @@ def load_file(module: str, path: str) -> ModuleType:
 
 
 def law(
-    slot: Slot, *, remembers: bool = False, order: int = 0, every_axis: bool = False, stored: LawFunction | None = None
+    slot: Slot,
+    *,
+    remembers: bool = False,
+    order: int = 0,
+    every_axis: bool = False,
+    in_plane: bool = False,
+    stored: LawFunction | None = None,
 ) -> Callable[[LawFunction], Law]:
     """Decorator: make a function the law of an effect; arguments as the attributes of `Law`."""
-    return lambda function: Law(function, slot, remembers, order, every_axis, stored)
+    return lambda function: Law(function, slot, remembers, order, every_axis, in_plane, stored)
 
 
 @dataclass(frozen=True)
@@ -225,6 +240,12 @@ def _typed_number_at(typingctx: Any, address: Any, index: Any) -> Any:
 
 
 number_at: Any = intrinsic(_typed_number_at)
+
+
+@njit(error_model="numpy", forceinline=True)
+def norm(along: float, across: float) -> float:
+    """Of a vector in the plane; `math.hypot` takes ten times as long."""
+    return math.sqrt(along * along + across * across)
 
 
 @njit(error_model="numpy")

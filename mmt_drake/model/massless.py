@@ -11,7 +11,7 @@ import math
 from numba import njit
 
 from mmt_drake.model.body import break_away, pull_at_rest, remember
-from mmt_drake.model.forces import BodyMotion, Surroundings, forces
+from mmt_drake.model.forces import ALONE, BodyMotion, Surroundings, forces
 from mmt_drake.model.hermite import Cubic
 from mmt_drake.model.memory import between
 from mmt_drake.model.parameters import Constants
@@ -67,7 +67,7 @@ def _gone(
     if p.remembers:
         q = remember(q, s, s + h, Cubic(body.x - v * s, v, 0.0, 0.0), around, p)
     moved = BodyMotion(body.x + mode * way, v, mode, q)
-    acting = forces(moved, s + h, around, p)
+    acting = forces(moved, s + h, around, p, ALONE)
     return moved, mode * acting.drive - acting.sliding
 
 
@@ -132,13 +132,13 @@ def _step(body: BodyMotion, s: float, h: float, around: Surroundings, p: Constan
         if found and abs(moved.v) >= p.v_d:
             return moved
     resting, _ = _gone(body, 0.0, 0.0, s, h, around, p)
-    pull, hold = pull_at_rest(body.x, resting.q, s + h, around, p)
+    pull, hold = pull_at_rest(body.x, resting.q, s + h, around, p, ALONE)
     if not abs(pull) > hold:
         return resting
     if found:
         return moved
     mode = math.copysign(1.0, pull)
-    sliding = forces(BodyMotion(body.x, 0.0, mode, resting.q), s + h, around, p).sliding
+    sliding = forces(BodyMotion(body.x, 0.0, mode, resting.q), s + h, around, p, ALONE).sliding
     if not abs(pull) > sliding:  # friction grows as soon as it moves
         return resting
     moved, found = _slid(body, mode, (abs(pull) - sliding) / p.k2, s, h, around, p)

@@ -38,6 +38,7 @@ class Constants(NamedTuple):
         remembers: a law on the body has a memory.
         rubs: there are laws of friction.
         smooth: there is no set-valued friction.
+        coupled: what one tangential axis does depends on the other.
     """
 
     m: float
@@ -68,11 +69,13 @@ class Constants(NamedTuple):
     remembers: bool
     rubs: bool
     smooth: bool
+    coupled: bool
 
 
 KERNEL_SIZE = LAW_TABLE = Constants._fields.index("laws") + 1
 """Of a kernel vector without laws."""
 M, K1, K2, B1, B2, FS, FD, VD, NORMAL_K, NORMAL_B, MAX_STEP, *_ = range(KERNEL_SIZE)
+GAP = Constants._fields.index("gap")
 *_, COARSENING, COURSE, PLANAR, NORMAL_AXIS, LAWS = range(KERNEL_SIZE)
 
 # A Runge-Kutta step is kept below this fraction of the fastest time constant: the error of a
@@ -231,9 +234,10 @@ class FlexibleBoxModel(Structure):
 
     @property
     def couples(self) -> bool:
-        """True where what one tangential axis does depends on the other: friction in the plane, set-valued at rest."""
-        rubs = any(active.law.slot == Slot.FRICTION for active in self.additions.laws)
-        return self.in_plane != "per_axis" and (rubs or self._acting_friction.Fs > 0.0)
+        """True where what one tangential axis does depends on the other: friction, a clearance, laws in the plane."""
+        depends = any(active.law.slot == Slot.FRICTION or active.law.in_plane for active in self.additions.laws)
+        depends = depends or self.additions.gap > 0.0 or self._acting_friction.Fs > 0.0
+        return self.in_plane != "per_axis" and depends
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read: (KERNEL_SIZE,), and the table of laws if there are any.

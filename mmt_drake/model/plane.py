@@ -1,11 +1,11 @@
 """A body whose friction is a vector in the plane: F = -Fc v/|v|, and at rest what holds it, up to a level.
 
-Its two tangential axes are those of `mmt_drake.model.body` but for friction, which looks at both. As long as sliding
-changes little within a step, both axes take a classical Runge-Kutta step (order 4) together. Where the body could turn
-or stop, short steps are taken that are implicit in friction: the velocity that it would have without friction is
-shortened by what friction can take in that time (Moreau's time stepping; Acary and Brogliato 2008, chapter 10).
-*Stuck*, it waits until the norm of the drive passes the break-away level. Laws of friction that depend on the velocity
-are evaluated at the speed, those of a direction with the sign of each axis.
+Its two tangential axes are those of `mmt_drake.model.body` but for friction, the clearance and the laws that look at
+both. As long as sliding changes little within a step, both axes take a classical Runge-Kutta step (order 4) together.
+Where friction could turn or stop the body, short steps are taken that are implicit in it: the velocity that it would
+have without friction is shortened by what friction can take in that time (Moreau's time stepping; Acary and Brogliato
+2008, chapter 10). *Stuck*, it waits until the norm of the drive passes the break-away level. Laws of friction that
+depend on the velocity are evaluated at the speed, those of a direction with the sign of each axis.
 """
 
 import math
@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 from numba import njit
 
-from mmt_drake.model.body import BISECTIONS, limited, pull_at_rest, remember, short_at_edge
-from mmt_drake.model.forces import BodyMotion, Surroundings, forces
-from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
-from mmt_drake.model.laws import Memory
+from mmt_drake.model.body import BISECTIONS, limited, pull_at_rest, short_at_edge
+from mmt_drake.model.forces import Beside, BodyMotion, Surroundings, beside, forces
+from mmt_drake.model.hermite import cubic, position_at, velocity_at
+from mmt_drake.model.laws import Memory, norm
 from mmt_drake.model.memory import after_step, between, moved
 from mmt_drake.model.parameters import Constants
 
@@ -33,7 +33,7 @@ class Pushed(NamedTuple):
         drive: what all forces but friction accelerate it by [m/s^2].
         braking: what friction takes from the speed, if it slides along this axis [m/s^2].
         rates: of its memory.
-        decay: the fastest of its laws [1/s].
+        decay: the fastest of its memory [1/s].
     """
 
     drive: float
@@ -43,19 +43,13 @@ class Pushed(NamedTuple):
 
 
 @njit(error_model="numpy", forceinline=True)
-def norm(along: float, across: float) -> float:
-    """Of a vector in the plane; `math.hypot` takes ten times as long."""
-    return math.sqrt(along * along + across * across)
-
-
-@njit(error_model="numpy", forceinline=True)
-def _pushed(body: BodyMotion, speed: float, s: float, around: Surroundings, p: Constants) -> Pushed:
-    acting = forces(body, s, around, p)
-    level, decay = acting.sliding, acting.decay
+def _pushed(body: BodyMotion, other: Beside, s: float, around: Surroundings, p: Constants) -> Pushed:
+    acting = forces(body, s, around, p, other)
+    level = acting.sliding
     if p.rubs:
-        at_speed = forces(BodyMotion(body.x, math.copysign(speed, body.mode), body.mode, body.q), s, around, p)
-        level, decay = at_speed.sliding, max(decay, at_speed.decay)
-    return Pushed(acting.drive * acting.inverse_mass, level * acting.inverse_mass, acting.rates, decay)
+        speed = math.copysign(norm(body.v, other.v), body.mode)
+        level = forces(BodyMotion(body.x, speed, body.mode, body.q), s, around, p, other).sliding
+    return Pushed(acting.drive * acting.inverse_mass, level * acting.inverse_mass, acting.rates, acting.decay)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -74,8 +68,7 @@ def _accelerations(vx: float, vy: float, x: Pushed, y: Pushed) -> tuple[float, f
 def _both_pushed(
     x: BodyMotion, y: BodyMotion, s: float, along: Surroundings, across: Surroundings, p: Constants
 ) -> tuple[Pushed, Pushed]:
-    speed = norm(x.v, y.v)
-    return _pushed(x, speed, s, along, p), _pushed(y, speed, s, across, p)
+    return (_pushed(x, beside(y, s, across, p), s, along, p), _pushed(y, beside(x, s, along, p), s, across, p))
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -145,9 +138,15 @@ def _is_held(
     x: float, qx: Memory, y: float, qy: Memory, s: float, along: Surroundings, across: Surroundings, p: Constants
 ) -> bool:
     """Whether friction holds a body at rest there."""
-    pull_x, hold_x = pull_at_rest(x, qx, s, along, p)
-    pull_y, hold_y = pull_at_rest(y, qy, s, across, p)
+    pull_x, hold_x = pull_at_rest(x, qx, s, along, p, _resting(y, qy, s, across, p))
+    pull_y, hold_y = pull_at_rest(y, qy, s, across, p, _resting(x, qx, s, along, p))
     return not _exceeds(pull_x, pull_y, hold_x, hold_y)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _resting(x: float, q: Memory, s: float, around: Surroundings, p: Constants) -> Beside:
+    """An axis of a body at rest, as the other has to know it."""
+    return beside(BodyMotion(x, 0.0, 0.0, q), s, around, p)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -155,8 +154,8 @@ def _let_go(
     x: BodyMotion, y: BodyMotion, s: float, along: Surroundings, across: Surroundings, p: Constants
 ) -> tuple[BodyMotion, BodyMotion]:
     """A body at rest that begins to slide as it is pulled."""
-    pull_x, _ = pull_at_rest(x.x, x.q, s, along, p)
-    pull_y, _ = pull_at_rest(y.x, y.q, s, across, p)
+    pull_x, _ = pull_at_rest(x.x, x.q, s, along, p, _resting(y.x, y.q, s, across, p))
+    pull_y, _ = pull_at_rest(y.x, y.q, s, across, p, _resting(x.x, x.q, s, along, p))
     return BodyMotion(x.x, 0.0, _direction(pull_x), x.q), BodyMotion(y.x, 0.0, _direction(pull_y), y.q)
 
 
@@ -166,18 +165,40 @@ def _rested(body: BodyMotion, q: Memory) -> BodyMotion:
 
 
 @njit(error_model="numpy")
+def _remembered(
+    x: BodyMotion, y: BodyMotion, s: float, s_end: float, along: Surroundings, across: Surroundings, p: Constants
+) -> tuple[BodyMotion, BodyMotion]:
+    """A body that rests from s to s_end, with what its laws remember then."""
+    while s < s_end:
+        first = _both_pushed(x, y, s, along, across, p)
+        h = limited(min(s_end - s, p.max_step), max(first[0].decay, first[1].decay))
+        half = 0.5 * h
+        x2, y2 = _rested(x, moved(x.q, half, first[0].rates)), _rested(y, moved(y.q, half, first[1].rates))
+        second = _both_pushed(x2, y2, s + half, along, across, p)
+        x3, y3 = _rested(x, moved(x.q, half, second[0].rates)), _rested(y, moved(y.q, half, second[1].rates))
+        third = _both_pushed(x3, y3, s + half, along, across, p)
+        x4, y4 = _rested(x, moved(x.q, h, third[0].rates)), _rested(y, moved(y.q, h, third[1].rates))
+        fourth = _both_pushed(x4, y4, s + h, along, across, p)
+        qx = after_step(x.q, h, first[0].rates, second[0].rates, third[0].rates, fourth[0].rates)
+        qy = after_step(y.q, h, first[1].rates, second[1].rates, third[1].rates, fourth[1].rates)
+        x, y = _rested(x, qx), _rested(y, qy)
+        s = s_end if s + h >= s_end - 1e-9 * h else s + h
+    return x, y
+
+
+@njit(error_model="numpy")
 def _wait(
     x: BodyMotion, y: BodyMotion, s: float, s_end: float, along: Surroundings, across: Surroundings, p: Constants
 ) -> tuple[float, BodyMotion, BodyMotion]:
     """Time within [s, s_end] at which a stuck body lets go, and the body then; s_end and stuck if it does not."""
     if not _is_held(x.x, x.q, y.x, y.q, s, along, across, p):
         return s, *_let_go(x, y, s, along, across, p)
-    path_x, path_y = Cubic(x.x, 0.0, 0.0, 0.0), Cubic(y.x, 0.0, 0.0, 0.0)
     while s < s_end:
         h, qx, qy = s_end - s, x.q, y.q
         if p.remembers:
             h = min(h, p.max_step)
-            qx, qy = remember(x.q, s, s + h, path_x, along, p), remember(y.q, s, s + h, path_y, across, p)
+            later_x, later_y = _remembered(_rested(x, qx), _rested(y, qy), s, s + h, along, across, p)
+            qx, qy = later_x.q, later_y.q
         if not _is_held(x.x, qx, y.x, qy, s + h, along, across, p):
             low, high = 0.0, h
             for _ in range(BISECTIONS):
@@ -258,9 +279,10 @@ def advance_axes(
         acting = _both_pushed(x, y, s, along, across, p)
         h = h_max
         if p.gap != 0.0:
-            h = min(short_at_edge(h, x, s, along, p), short_at_edge(h, y, s, across, p))
+            h = short_at_edge(h, x, s, along, p, beside(y, s, across, p))
         h = limited(h, max(acting[0].decay, acting[1].decay))
-        change = norm(acting[0].drive, acting[1].drive) + max(acting[0].braking, acting[1].braking)
+        braking = max(acting[0].braking, acting[1].braking)
+        change = norm(acting[0].drive, acting[1].drive) + braking if braking > 0.0 else 0.0
         smooth = _MOST_CHANGE * norm(x.v, y.v)
         brakes = change * h > smooth and change * shortest > smooth
         h = min(h, shortest if brakes else max(smooth / change, shortest) if change * h > smooth else h)
@@ -288,9 +310,7 @@ def advance_axes(
                 # A probe that creeps at the break-away level makes it slip by less than an atom's width, ever again.
                 rest = min(h_max, s_end - s - h)
                 if p.remembers:
-                    still_x, still_y = Cubic(x1.x, 0.0, 0.0, 0.0), Cubic(y1.x, 0.0, 0.0, 0.0)
-                    x1 = _rested(x1, remember(x1.q, s + h, s + h + rest, still_x, along, p))
-                    y1 = _rested(y1, remember(y1.q, s + h, s + h + rest, still_y, across, p))
+                    x1, y1 = _remembered(x1, y1, s + h, s + h + rest, along, across, p)
                 h += rest
                 last = s + h >= s_end - 1e-9 * h_max
         x, y = x1, y1

@@ -34,7 +34,7 @@ def advance_object(
     Raises:
         RuntimeError: as `mmt_drake.model.body.advance_axis` and `mmt_drake.model.plane.advance_axes`.
     """
-    if p.planar != 0.0 and not p.smooth:
+    if p.coupled:
         springs = (first.k, first.b, first.push, second.k, second.b, second.push)
         body, held, call = state[at:].ctypes.data, 1.0 if contact else 0.0, int(p.planar)
         if advance_both(call, body, s, s_end, along, across, height, held, start, *springs, vector, size) != 0.0:

@@ -58,7 +58,7 @@ def work_on(name, values, motion, seconds, model=BOX):
 
     def rates(t, q):
         here = at(t)
-        force, second, third, _ = law(here, (q[0], q[1]), p)
+        force, second, third, _ = law(here, (q[0], q[1], 0.0, 0.0), p)
         if law.slot == Slot.FRICTION:
             return np.array([0.0, 0.0, force * abs(here.v)])
         return np.array([second, third, (force if law.slot == Slot.CONTACT else -force) * here.v])
@@ -74,7 +74,7 @@ def work_on(name, values, motion, seconds, model=BOX):
             d = rates(t + h, state + h * c)
             state = state + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
         work.append(state[2])
-        held.append(0.0 if law.stored is None else law.stored(at((k + 1) * STEP), (state[0], state[1]), p)[0])
+        held.append(0.0 if law.stored is None else law.stored(at((k + 1) * STEP), (state[0], state[1], 0.0, 0.0), p)[0])
     return np.array(work), np.array(held)
 
 

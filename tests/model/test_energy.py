@@ -39,7 +39,7 @@ def test_laws_beside_the_springs_hold_what_they_say_and_those_of_the_contact_not
     wall = 0.5 * 900.0 * 0.006**2
     assert stored_energy(state, p) - stored_energy(state, without) == pytest.approx(wall, rel=1e-12)
     state[box.CONTACT] = 1.0
-    cubic = 0.25 * 3e6 * (0.01**4 + 0.01**4)
+    cubic = 0.25 * 3e6 * (0.01**2 + 0.01**2) ** 2
     assert stored_energy(state, p) - stored_energy(state, without) == pytest.approx(wall + cubic, rel=1e-9)
 
 

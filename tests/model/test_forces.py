@@ -8,7 +8,7 @@ from numba import njit
 
 from mmt_drake.model.body import short_at_edge
 from mmt_drake.model.driven_model import DrivenBodyModel
-from mmt_drake.model.forces import BodyMotion, Surroundings, constants, forces, level_spring
+from mmt_drake.model.forces import ALONE, BodyMotion, Surroundings, constants, forces, level_spring
 from mmt_drake.model.hermite import Cubic
 from mmt_drake.model.laws import ActiveLaw, Slot, law
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
@@ -60,7 +60,7 @@ def on_level(around, p):
 
 @njit
 def evaluated(body, s, around, p):
-    return forces(body, s, on_level(around, p), constants(p))
+    return forces(body, s, on_level(around, p), constants(p), ALONE)
 
 
 def acting(model, laws, contact):
@@ -113,7 +113,7 @@ def test_a_law_is_given_all_of_its_six_numbers():
 
 @njit
 def shortened(h, body, around, p):
-    return short_at_edge(h, body, 0.0, on_level(around, p), constants(p)) < h
+    return short_at_edge(h, body, 0.0, on_level(around, p), constants(p), ALONE) < h
 
 
 @pytest.mark.parametrize(("away", "short"), [(0, True), (1.8e-4, True), (-1.8e-4, True), (4e-4, False), (-4e-4, False)])

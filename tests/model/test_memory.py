@@ -51,12 +51,14 @@ def by_scipy(model, t):
     def acting(s, state):
         bodies, (way, rate), pushes, rates = state.reshape(2, 6), circle(s), [], []
         speed = max(np.hypot(*bodies[:, 1]), 1e-300)
-        for i, (x, v, *q) in enumerate(bodies):
-            d, d_rate = way[i] - circle(0.0)[0][i] - x, rate[i] - v
-            at, force = At(s, x, v, d, d_rate, 0.0, np.sign(v), 0.0, 0.0, 0.0), {Slot.BODY: 0.0, Slot.CONTACT: 0.0}
+        known = np.column_stack([bodies[:, 1], way - circle(0.0)[0] - bodies[:, 0], rate - bodies[:, 1], bodies[:, 2:]])
+        for i, (x, v, *_) in enumerate(bodies):
+            (_, d, d_rate, *q), beside = known[i], known[1 - i] * (model.in_plane == "vector")
+            at, force = At(s, x, v, d, d_rate, 0.0, np.sign(v), 0.0, 0.0, 0.0, *beside[:3]), dict.fromkeys(Slot, 0.0)
             rates += [v, 0.0]
             for j, one in enumerate(model.additions.laws):
-                value, *own, _ = one.law(at, q[2 * j : 2 * j + 2], one.values)
+                memory = (*q[2 * j : 2 * j + 2], *beside[3 + 2 * j : 5 + 2 * j])
+                value, *own, _ = one.law(at, memory, one.values)
                 force[one.law.slot] += value
                 rates += own
             pushes.append(K2 * d + B2 * d_rate + force[Slot.CONTACT])

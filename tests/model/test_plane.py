@@ -59,6 +59,10 @@ def test_it_holds_by_the_norm_of_the_pull(part, holds):
 
 @pytest.mark.parametrize("model", [MODEL, BREAKING_AWAY])
 def test_turned_motions_give_turned_forces(model):
+    assert_alike_in_all_directions(model)
+
+
+def assert_alike_in_all_directions(model):
     x, y, rate_x, rate_y = strokes()
     c, s = np.cos(0.7), np.sin(0.7)
     force, _ = simulated(model, x, y, rate_x, rate_y)
@@ -85,11 +89,24 @@ def test_drag_with_the_square_of_the_speed_opposes_an_even_motion_alike_in_all_d
     assert force[-1] == pytest.approx(-(10.0 * speed + 6.0 * speed**2) * along, abs=1e-6)
 
 
-STRIBECK = {"Fs": 0.9, "v_s": 0.02}
-DRAG = {"c": 20.0}
-RELAXES = {"k_maxwell": 200.0, "tau": 0.15}
 OTHER = {"m": 0.7, "k1": 50.0, "k2": 400.0, "b1": 10.0, "b2": 15.0, "normal_k": 400.0, "normal_b": 8.0}
 OTHER |= {"Fs": 0.5, "Fd": 0.5}
+FREE = replace(MODEL, parameters=replace(MODEL.parameters, Fc=0.0))
+IN_PLANE = {
+    "nonlinear_stiffness": {"k3": 4e5},
+    "hunt_crossley_damping": {"lambda": 60.0},
+    "hysteresis": {"alpha": 150.0, "beta": 120.0, "gamma": 40.0},
+    "contact_gap": {"gap": 0.004},
+    "quadratic_drag": {"c": 20.0},
+    "presliding_friction": {"sigma0": 900.0, "sigma1": 3.0, "Fs": 0.8, "v_s": 0.05},
+    "dahl_friction": {"Fc": 0.5, "sigma": 900.0},
+    "smooth_coulomb_friction": {"Fc": 0.5, "v_s": 0.02},
+    "hardening_relaxation": {"k3_maxwell": 4e5, "tau": 0.1},
+}
+
+
+def having(name, model=MODEL, **values):
+    return with_effects(model, [{"name": name, "parameters": values or IN_PLANE[name]}], "here")
 
 
 @pytest.mark.parametrize(
@@ -97,11 +114,23 @@ OTHER |= {"Fs": 0.5, "Fd": 0.5}
     [
         (MODEL, {}, False),
         (MODEL, {}, True),
-        (with_effects(MODEL, [{"name": "viscoelastic_relaxation", "parameters": RELAXES}], "here"), RELAXES, False),
-        (with_effects(MODEL, [{"name": "stribeck_friction", "parameters": STRIBECK}], "here"), STRIBECK, False),
-        (with_effects(MODEL, [{"name": "quadratic_drag", "parameters": DRAG}], "here"), DRAG, False),
+        (having("viscoelastic_relaxation", k_maxwell=200.0, tau=0.15), {"k_maxwell": 200.0, "tau": 0.15}, False),
+        (having("stribeck_friction", Fs=0.9, v_s=0.02), {"Fs": 0.9, "v_s": 0.02}, False),
+        (having("nonlinear_stiffness"), IN_PLANE["nonlinear_stiffness"], False),
+        (having("hunt_crossley_damping"), {"hunt_crossley": 60.0}, False),
+        (having("hysteresis"), IN_PLANE["hysteresis"], False),
+        (having("hysteresis"), IN_PLANE["hysteresis"], True),
+        (having("hysteresis", FREE), IN_PLANE["hysteresis"] | {"Fs": 0.0, "Fd": 0.0}, False),
+        (having("contact_gap"), IN_PLANE["contact_gap"], False),
+        (having("contact_gap", FREE), IN_PLANE["contact_gap"] | {"Fs": 0.0, "Fd": 0.0}, False),
+        (having("quadratic_drag"), IN_PLANE["quadratic_drag"], False),
+        (having("presliding_friction"), IN_PLANE["presliding_friction"], False),
+        (having("dahl_friction", FREE), {"sigma0": 900.0}, False),
     ],
-    ids=["slides", "touches and lifts", "relaxes", "Stribeck", "drag"],
+    ids=[
+        *("slides", "touches and lifts", "relaxes", "Stribeck", "hardens", "Hunt and Crossley", "Bouc and Wen"),
+        *("Bouc and Wen lifts", "Bouc and Wen alone", "play", "play alone", "drag", "LuGre", "Dahl"),
+    ],
 )
 def test_it_agrees_with_another_integrator_and_another_stick_rule(model, given, lifts):
     x, y, rate_x, rate_y = strokes()
@@ -117,6 +146,23 @@ def test_it_agrees_with_another_integrator_and_another_stick_rule(model, given, 
     plant.run(t, motion, Numbers(**OTHER | given).checked(plant.STEP_S), substeps, other, body)
     difference = force[:, :2] - other[::substeps, :2]
     assert np.sqrt(np.mean(difference**2) / np.mean(force[:, :2] ** 2)) < (0.02 if lifts else 2e-3)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("name", IN_PLANE)
+def test_laws_in_the_plane_are_alike_in_all_directions(name, friction):
+    model = FREE if name in ("dahl_friction", "smooth_coulomb_friction") else MODEL
+    assert_alike_in_all_directions(having(name, replace(model, parameters=replace(model.parameters, Fc=friction))))
+
+
+@pytest.mark.parametrize("name", IN_PLANE)
+def test_laws_in_the_plane_are_those_of_an_axis_where_the_other_is_still(name):
+    x, _, rate_x, _ = strokes()
+    still, model = np.zeros_like(x), having(name, FREE)
+    force, _ = simulated(model, x, still, rate_x, still)
+    alone, _ = simulated(replace(model, in_plane="per_axis"), x, still, rate_x, still)
+    assert np.abs(force - alone).max() < 3e-5
+    assert not force[:, 1].any()
 
 
 @pytest.mark.parametrize("model", [MODEL, BREAKING_AWAY])
@@ -169,7 +215,10 @@ def test_what_cannot_be_followed_is_an_error_here_too():
 @pytest.mark.parametrize("names", [(), ("dahl_friction",), ("viscoelastic_relaxation", "dahl_friction")])
 @pytest.mark.parametrize(("model", "part"), [(MODEL, 0.0), (BREAKING_AWAY, 0.3)])
 def test_what_happens_along_x_happens_along_y(model, part, names):
-    numbers = {"dahl_friction": {"Fc": 0.05, "sigma": 800.0}, "viscoelastic_relaxation": RELAXES}
+    numbers = {
+        "dahl_friction": {"Fc": 0.05, "sigma": 800.0},
+        "viscoelastic_relaxation": {"k_maxwell": 200.0, "tau": 0.15},
+    }
     model = with_effects(model, [{"name": name, "parameters": numbers[name]} for name in names], "here")
     x, y, rate_x, rate_y = strokes(3000)
     force, body = simulated(model, x, part * y, rate_x, part * rate_y)

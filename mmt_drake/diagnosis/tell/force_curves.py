@@ -119,9 +119,9 @@ def _curve(
 def _of_box(
     track: Track, model: FlexibleBoxModel, force: Array, states: States, residual: Array
 ) -> tuple[_Read | None, _Read | None]:
-    p, gap = model.parameters, model.additions.gap
-    d, d_rate, body = states["deflection"], states["deflection_rate"], states["position"]
-    engaged = np.abs(d) >= 0.5 * gap
+    p, cleared = model.parameters, model.additions.gap > 0.0
+    d_rate, body = states["deflection_rate"], states["position"]
+    engaged = (force != 0.0) | (not cleared)  # within a clearance the damper is dead, too
     restoring = _Read(-force - p.b2 * d_rate * engaged, -residual)
     if p.k2 == 0.0:
         return restoring, None

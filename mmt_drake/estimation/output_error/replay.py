@@ -2,11 +2,22 @@
 
 from numba import njit
 
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE, contact_force, touch
-from mmt_drake.model.forces import Surroundings, constants, level_spring
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, read_motion, touch
+from mmt_drake.model.forces import Spring, Surroundings, constants, contact_forces, level_spring
 from mmt_drake.model.hermite import Cubic, cubic
+from mmt_drake.model.parameters import Constants
 from mmt_drake.model.tangential import advance_object
 from mmt_drake.numeric.arrays import Array
+
+
+@njit(error_model="numpy", forceinline=True)
+def _felt(
+    state: Array, s: float, along: Cubic, across: Cubic, level: Cubic, spring: Spring, c: Constants
+) -> tuple[float, float]:
+    """Force on the probe along both axes, in contact [N]."""
+    x, y = read_motion(state, 0), read_motion(state, AXIS_SIZE)
+    first = Surroundings(along, level, state[ANCHOR], True, 0.0, spring)
+    return contact_forces(x, y, s, first, Surroundings(across, level, state[AXIS_SIZE + ANCHOR], True, 0.0, spring), c)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -42,11 +53,10 @@ def replay_window(
     force[:] = 0.0
     n = len(contact)
     if n > 0 and contact[0] != 0.0:
-        for i in range(2):
-            along = Cubic(probe[i, 0], probe_rate[i, 0], 0.0, 0.0)
-            level = Cubic(probe[2, 0], probe_rate[2, 0], 0.0, 0.0)
-            around = Surroundings(along, level, state[AXIS_SIZE * i + ANCHOR], True, 0.0, spring)
-            force[i, 0] = contact_force(state, AXIS_SIZE * i, around, 0.0, c)
+        along = Cubic(probe[0, 0], probe_rate[0, 0], 0.0, 0.0)
+        across = Cubic(probe[1, 0], probe_rate[1, 0], 0.0, 0.0)
+        level = Cubic(probe[2, 0], probe_rate[2, 0], 0.0, 0.0)
+        force[0, 0], force[1, 0] = _felt(state, 0.0, along, across, level, spring, c)
     for k in range(1, n):
         along = cubic(probe[0, k - 1], probe_rate[0, k - 1], probe[0, k], probe_rate[0, k], h)
         across = cubic(probe[1, k - 1], probe_rate[1, k - 1], probe[1, k], probe_rate[1, k], h)
@@ -64,7 +74,4 @@ def replay_window(
             advance_object(state, 0, s, end, along, across, level, touching, 0.0, *both)
             if touching:
                 at = (k - 1) * parts + j + 1
-                around = Surroundings(along, level, state[ANCHOR], True, 0.0, spring)
-                force[0, at] = contact_force(state, 0, around, end, c)
-                around = Surroundings(across, level, state[AXIS_SIZE + ANCHOR], True, 0.0, spring)
-                force[1, at] = contact_force(state, AXIS_SIZE, around, end, c)
+                force[0, at], force[1, at] = _felt(state, end, along, across, level, spring, c)
