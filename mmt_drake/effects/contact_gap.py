@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="contact_gap",
     block="contact",
     family="contact_stiffness",
-    parameters=(Parameter("gap", "m", NOT_NEGATIVE),),
+    parameters=(Parameter("gap", "m", NOT_NEGATIVE, rough=True),),
     equation="d becomes sgn(d) max(|d| - gap/2, 0); within the gap spring and damper are dead",
     source="Nordin and Gutman 2002, Automatica 38(10)",
     change=lambda model, values: model.with_additions(gap=values["gap"]),

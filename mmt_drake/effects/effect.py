@@ -79,6 +79,8 @@ class Parameter:
         kind: `number`; `choice`: one of `choices`; `list`: of numbers within the bounds. A search knows numbers only.
         choices: what a `choice`, or a number that may have few values only, can be.
         shape: whether it says how the effect acts, not how strongly: a search for a slighter effect leaves it alone.
+        rough: whether what a model leaves of a recording is rough in it over less than a few hundredths of its size, as
+            of a place at which forces jump.
         moment: whether it is the time, from the first sample on, at which something happens once.
         seen_along: tangential axes of a contact that must all be compared for it to be told; else it is nothing.
     """
@@ -91,6 +93,7 @@ class Parameter:
     kind: Literal["number", "choice", "list"] = "number"
     choices: tuple[float | str, ...] = ()
     shape: bool = False
+    rough: bool = False
     moment: bool = False
     seen_along: str = ""
 

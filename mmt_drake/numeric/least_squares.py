@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mmt_drake.errors import MmtError
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 
 _DIFFERENCE = 1e-3  # of a parameter's scale: friction makes a residual rough below that
+_WIDE = 0.03  # the same after a parameter in which the residual is rougher
 CONVERGED = 3e-4  # relative decrease of the sum of squares
 _LONGEST = 2.0  # of a parameter's scale: the longest step
 _LEAST_LEFT = 0.3
@@ -61,6 +62,7 @@ def minimise(
     pull: Array | None = None,
     converged_at: float = CONVERGED,
     secant: bool = False,
+    rough: Flags | None = None,
 ) -> Minimum:
     """Least squares within bounds.
 
@@ -76,11 +78,16 @@ def minimise(
         secant: whether the Jacobian is carried on from step to step (Broyden's rank-one update) and simulated anew
             only where it leads no further. A step then costs one simulation in the place of k + 1; where the fit ends
             the Jacobian is near by.
+        rough: (k,) parameters in which the residual is rough: derivatives after them are taken over wide differences,
+            and over the usual ones from where these lead no further; none by default.
 
     Raises:
         MmtError: the residual cannot be evaluated at the start.
     """
     x = np.clip(start, low, high)
+    spans = np.full(len(x), _DIFFERENCE)
+    if rough is not None:
+        spans[rough] = _WIDE
     r = _attempt(residual, x)
     if r is None:
         raise MmtError("the simulation diverges at the start of a fit")
@@ -91,7 +98,7 @@ def minimise(
     carried = False
     for _ in range(steps):
         if not carried:
-            simulations += _differences(residual, x, r, low, high, scale, known, jacobian)
+            simulations += _differences(residual, x, r, low, high, scale, spans, known, jacobian)
         gradient = jacobian.T @ r + 0.5 * uphill * scale
         held = ((x <= low) & (gradient > 0.0)) | ((x >= high) & (gradient < 0.0))
         idle = _LONGEST * np.linalg.norm(jacobian, axis=0) <= _IDLE * np.linalg.norm(r)
@@ -126,8 +133,10 @@ def minimise(
                     jacobian += np.outer(change - jacobian @ moved, moved / (moved @ moved))
                 continue
         if simulated:
-            converged = True
-            break
+            if (spans == _DIFFERENCE).all():
+                converged = True
+                break
+            spans[:], damping = _DIFFERENCE, 1e-3
     return Minimum(x, r, jacobian / scale, converged, simulations)
 
 
@@ -137,7 +146,7 @@ def stay(residual: Callable[[Array], Array], x: Array, low: Array, high: Array, 
     if r is None:
         raise MmtError("the simulation diverges at the start of a fit")
     jacobian = np.zeros((len(r), len(x)))
-    count = _differences(residual, x, r, low, high, scale, None, jacobian)
+    count = _differences(residual, x, r, low, high, scale, np.full(len(x), _DIFFERENCE), None, jacobian)
     return Minimum(x, r, jacobian / scale, False, 1 + count)
 
 
@@ -156,16 +165,17 @@ def _differences(
     low: Array,
     high: Array,
     scale: Array,
+    spans: Array,
     known: Array | None,
     jacobian: Array,
 ) -> int:
-    """Fill the derivatives after x / scale by one-sided differences; returns the number of simulations."""
+    """Fill the derivatives after x / scale by one-sided differences of `spans`; returns the number of simulations."""
     count = 0
     for j in range(len(x)):
         if known is not None and np.isfinite(known[0, j]):
             jacobian[:, j] = known[:, j] * scale[j]
             continue
-        for h in (_DIFFERENCE * scale[j], -_DIFFERENCE * scale[j]):
+        for h in (spans[j] * scale[j], -spans[j] * scale[j]):
             if not low[j] <= x[j] + h <= high[j]:
                 continue
             moved = x.copy()

@@ -190,3 +190,17 @@ def test_a_time_constant_is_not_thrown_to_nothing_by_one_step() -> None:
     low, high, start = np.array([1e-6]), np.array([np.inf]), np.array([3.0])
     found = minimise(lambda tau: np.exp(-at / tau) - np.exp(-at / 0.1), start, low, high, start, converged_at=1e-12)
     assert found.x == pytest.approx(0.1, rel=1e-6)
+
+
+@pytest.mark.parametrize("start", [0.4, 1.7])
+def test_a_valley_whose_sides_are_rough_is_gone_down_to_its_floor(start: float) -> None:
+    """A parabola with a wave on it whose slope turns thrice within a hundredth of the parameter."""
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        return np.array([x[0] - 1.0 + 0.01 * np.sin(1e3 * x[0]), 0.1 * x[1]])
+
+    wide = np.full(2, np.inf)
+    rough = np.array([True, False])
+    found = minimise(residual, np.array([start, 1.0]), -wide, wide, np.ones(2), rough=rough)
+    stuck = minimise(residual, np.array([start, 1.0]), -wide, wide, np.ones(2))
+    assert abs(found.x[0] - 1.0) < 0.02 < abs(stuck.x[0] - 1.0)

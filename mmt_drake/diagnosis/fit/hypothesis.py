@@ -16,7 +16,7 @@ from mmt_drake.model.laws import MOST_REMEMBERING
 from mmt_drake.model.over import plain
 from mmt_drake.model.parameters import NORMAL
 from mmt_drake.model.structure import Handed, Structure
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 
 SKEW = "skew"
 WIDEST, FARTHEST = 4.0, 30.0
@@ -43,6 +43,7 @@ class FreeParameter:
         unit: of the parameter.
         low, high: least and greatest value.
         scale: its natural size; steps and differences are in proportion.
+        rough: see `Parameter`.
     """
 
     effect: str
@@ -51,6 +52,7 @@ class FreeParameter:
     low: float
     high: float
     scale: float
+    rough: bool = False
 
     @property
     def key(self) -> tuple[str, str]:
@@ -181,7 +183,7 @@ class Hypothesis:
         for effect in self.acting:
             for p in self.fitted_parameters(effect):
                 scale = 1.0 if start is None else abs(float(start[len(result)]))
-                result.append(FreeParameter(effect.name, p.symbol, p.unit, *p.bounds, scale or 1.0))
+                result.append(FreeParameter(effect.name, p.symbol, p.unit, *p.bounds, scale or 1.0, p.rough))
         if self.has_skew:
             result.append(FreeParameter("", SKEW, "s", -self.skew, self.skew, self.skew))
         return tuple(result)
@@ -191,6 +193,10 @@ class Hypothesis:
         parameters = self.free_parameters(start)
         low, high, scale = (np.array([getattr(p, name) for p in parameters]) for name in ("low", "high", "scale"))
         return low, high, scale
+
+    def rough(self, start: Array) -> Flags:
+        """(k,) of the free numbers those in which a residual is rough (`Parameter.rough`)."""
+        return np.array([p.rough for p in self.free_parameters(start)], dtype=bool)
 
     @property
     def has_skew(self) -> bool:

@@ -161,7 +161,10 @@ class Problem:
             MmtError: the simulation diverges at the start.
         """
         residual, limits = partial(self.objective_at, hypothesis), hypothesis.limits(start)
-        found = minimise(residual, start, *limits, steps=steps, known=known, converged_at=converged_at, secant=secant)
+        rough = hypothesis.rough(start)
+        found = minimise(
+            residual, start, *limits, steps=steps, known=known, converged_at=converged_at, secant=secant, rough=rough
+        )
         return Fitted(hypothesis, found)
 
     def fits(
