@@ -35,7 +35,7 @@ _REAL = (
 TRIALS = {
     "trial": "trial --seed 82 --per-effect 1",
     "trial-remainder": "trial --seed 72 --per-effect 1 --remainder 0.2",
-    "trial-foreign": "trial --seed 73 --per-effect 1 --plant foreign",
+    "trial-foreign": "trial --seed 74 --per-effect 1 --plant foreign",
     "trial-arms": "trial --arms --seed 3 --per-effect 2",
     "trial-real": f"trial --real recordings{''.join(f' --only {name}' for name in _REAL)}",
     "trial-palpation": "trial --real recordings --only dvrk_palpation",
