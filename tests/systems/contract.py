@@ -258,7 +258,7 @@ def perturbed(value: Any) -> Any:
     return 0.9 * value - 2e-3  # enough to lift the probe off, or press it in
 
 
-def dependencies(system: System, ticks: int, every: int = 3) -> set[tuple[str, str]]:
+def dependencies(system: System, ticks: int, every: int = 5) -> set[tuple[str, str]]:
     """Pairs (input, output) where the output is seen to change at once when the input does, along a run."""
     diagram = wire(system)
     context = diagram.CreateDefaultContext()

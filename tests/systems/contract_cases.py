@@ -102,6 +102,7 @@ class Case:
             that input, because it is a slice of what is computed for the others.
         still: outputs that keep their value during the run.
         writes_files: an I/O system, which holds a file in `self` and runs once.
+        every: at each how many ticks it is seen what follows what.
     """
 
     make: Callable[[Path], System]
@@ -110,6 +111,7 @@ class Case:
     computed_together: frozenset[tuple[str, str]] = frozenset()
     still: frozenset[str] = frozenset()
     writes_files: bool = False
+    every: int = 5
 
 
 ROUGH = ChannelConfig(delay=0.03, jitter=0.01, loss=0.1, duplication=0.1, reordering=0.1, seed=3)
@@ -323,6 +325,7 @@ CASES: dict[str, Case] = {
         | LIES
         | TOLD
         | MET,
+        every=3,  # a report leads a body for a tick now and then, as far as its energy permits
     ),
     "FusedRenderer": Case(
         lambda folder: FusedRenderer(),
