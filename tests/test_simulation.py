@@ -185,9 +185,12 @@ def test_a_delay_is_a_shift_of_the_response_and_rest_before_it():
     np.testing.assert_allclose(late[41:], prompt[1:-40], atol=2e-3 * prompt.std())
 
 
-def test_what_cannot_be_integrated_is_refused_in_one_line():
+@pytest.mark.parametrize(
+    ("in_plane", "said"), [("per_axis", "decays more than"), ("vector", "laws that decay too fast")]
+)
+def test_what_cannot_be_integrated_is_refused_in_one_line(in_plane, said):
     t = uneven_times(50)
-    model = with_effects(FlexibleBoxModel(), viscoelastic_relaxation={"k_maxwell": 1e-6, "tau": 1e-5})
+    model = with_effects(FlexibleBoxModel(in_plane=in_plane), viscoelastic_relaxation={"k_maxwell": 1e-6, "tau": 1e-5})
     model = with_effects(model, hysteresis={"alpha": 1e-6, "beta": 1e9})
-    with pytest.raises(BadInput, match="decays more than"):
+    with pytest.raises(BadInput, match=said):
         simulate(model, recording(t, *smooth(t)))
