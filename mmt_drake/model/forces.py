@@ -150,16 +150,17 @@ def _compiled_numbers(p: Any) -> Any:
 @njit(error_model="numpy", forceinline=True)
 def constants(p: Array) -> Constants:
     """A kernel vector in plain numbers."""
-    address, has_memory, rubs, turned = 0, False, False, p[GAP] != 0.0
+    address, has_memory, rubs, across = 0, False, False, p[GAP] != 0.0
     if p[LAWS] != 0.0:
         address = p.ctypes.data
         has_memory = remembers(address, LAW_TABLE)
         first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
         rubs = first != end
-        turned = turned or read_the_plane(address, LAW_TABLE)
+        across = across or read_the_plane(address, LAW_TABLE)
     smooth = p[FS] == 0.0 and p[FD] == 0.0 and not rubs
-    coupled = p[PLANAR] != 0.0 and (turned or not smooth)
-    numbers = (*_numbers(p), address, 1.0 / p[M], has_memory, rubs, smooth, coupled)
+    planar = p[PLANAR] != 0.0
+    flags = (has_memory, rubs, smooth, planar and (across or not smooth), planar and across)
+    numbers = (*_numbers(p), address, 1.0 / p[M], *flags)
     return Constants(*numbers)
 
 
@@ -204,8 +205,8 @@ def whole_deflection(x: float, v: float, s: float, around: Surroundings, p: Cons
 
 @njit(error_model="numpy", forceinline=True)
 def beside(body: BodyMotion, s: float, around: Surroundings, p: Constants) -> Beside:
-    """What the other axis has to know of one; nothing where each is by itself."""
-    if not p.coupled:
+    """What the other axis has to know of one; nothing where nothing looks at it."""
+    if not p.looks_across:
         return ALONE
     d, d_rate = whole_deflection(body.x, body.v, s, around, p)
     return Beside(body.v, d, d_rate, body.q)

@@ -38,7 +38,8 @@ class Constants(NamedTuple):
         remembers: a law on the body has a memory.
         rubs: there are laws of friction.
         smooth: there is no set-valued friction.
-        coupled: what one tangential axis does depends on the other.
+        coupled: what one tangential axis does depends on the other, by its friction or by what looks across.
+        looks_across: the clearance, or a law, looks at the other axis.
     """
 
     m: float
@@ -70,6 +71,7 @@ class Constants(NamedTuple):
     rubs: bool
     smooth: bool
     coupled: bool
+    looks_across: bool
 
 
 KERNEL_SIZE = LAW_TABLE = Constants._fields.index("laws") + 1

@@ -43,12 +43,12 @@ class Pushed(NamedTuple):
 
 
 @njit(error_model="numpy", forceinline=True)
-def _pushed(body: BodyMotion, other: Beside, s: float, around: Surroundings, p: Constants) -> Pushed:
+def _pushed(body: BodyMotion, other: Beside, speed: float, s: float, around: Surroundings, p: Constants) -> Pushed:
     acting = forces(body, s, around, p, other)
     level = acting.sliding
     if p.rubs:
-        speed = math.copysign(norm(body.v, other.v), body.mode)
-        level = forces(BodyMotion(body.x, speed, body.mode, body.q), s, around, p, other).sliding
+        along = math.copysign(speed, body.mode)
+        level = forces(BodyMotion(body.x, along, body.mode, body.q), s, around, p, other).sliding
     return Pushed(acting.drive * acting.inverse_mass, level * acting.inverse_mass, acting.rates, acting.decay)
 
 
@@ -68,7 +68,11 @@ def _accelerations(vx: float, vy: float, x: Pushed, y: Pushed) -> tuple[float, f
 def _both_pushed(
     x: BodyMotion, y: BodyMotion, s: float, along: Surroundings, across: Surroundings, p: Constants
 ) -> tuple[Pushed, Pushed]:
-    return (_pushed(x, beside(y, s, across, p), s, along, p), _pushed(y, beside(x, s, along, p), s, across, p))
+    speed = norm(x.v, y.v)
+    return (
+        _pushed(x, beside(y, s, across, p), speed, s, along, p),
+        _pushed(y, beside(x, s, along, p), speed, s, across, p),
+    )
 
 
 @njit(error_model="numpy", forceinline=True)
