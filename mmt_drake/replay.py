@@ -14,6 +14,7 @@ from mmt_drake.model.parameters import MAX_STEP, FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut, Structure
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
+from mmt_drake.motion.hand import HandOrientation, orientation_of
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.over import in_recording
 from mmt_drake.recording import AXES, Recording
@@ -45,15 +46,14 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     model = in_recording(model, recording)
     if isinstance(model, PositionOut):
         return _driven(model, recording)
-    delay = model.additions.delay
     if isinstance(model, FlexibleBoxModel):
-        return _box(model, recording, delay)
+        return _box(model, recording)
     if isinstance(model, SurfaceContact) and recording.kind in ("contact", "motion"):
         found = np.empty((len(recording), 6))
-        surface_contact.replay(*probe_motion(recording, delay), model.kernel_vector(), found)
+        surface_contact.replay(*probe_motion(model, recording), model.kernel_vector(), found)
         return {f"force_{axis}": found[:, i].copy() for i, axis in enumerate(AXES)}
     if isinstance(model, KelvinVoigt) and recording.kind == "single_axis":
-        time, position, velocity = probe_motion(recording, delay)
+        time, position, velocity = probe_motion(model, recording)
         force = np.empty(len(recording))
         load = np.zeros(len(recording))
         along = position[:, TANGENTIAL].copy(), velocity[:, TANGENTIAL].copy()
@@ -87,14 +87,14 @@ def _parts(time: Array, p: Array, source: str) -> Iterator[tuple[int, int]]:
     return pairwise(np.unique([0, *cuts, len(time)]).tolist())
 
 
-def _box(model: FlexibleBoxModel, recording: Recording, delay: float) -> dict[str, Array]:
+def _box(model: FlexibleBoxModel, recording: Recording) -> dict[str, Array]:
     if recording.kind == "driven_body":
         raise BadInput(recording.source, found="a driven_body recording", expected="columns of a contact")
-    time, position, velocity = probe_motion(recording, delay)
+    time, position, velocity = probe_motion(model, recording)
     n = len(time)
     contact = np.full(n, flexible_box.CONTACT_BY_GEOMETRY)
     if "in_contact" in recording:
-        contact = delayed_flag(time, recording["in_contact"], delay)
+        contact = delayed_flag(time, recording["in_contact"], model.additions.delay)
     force, body = np.empty((n, 3)), np.empty((n, 4))
     state, p = np.empty(flexible_box.STATE_SIZE), model.kernel_vector()
     for first, end in _parts(time, p, recording.source):
@@ -178,10 +178,13 @@ def in_windows(model: PositionOut, recording: Recording, windows: Windows) -> tu
     return {"output": simulated[0], "output_rate": simulated[1]}, states
 
 
-def probe_motion(recording: Recording, delay: float) -> tuple[Array, Array, Array]:
-    """Times from 0 [s], positions and velocities (n, 3) of the probe, late by the model's delay [s].
+def probe_motion(model: Structure, recording: Recording) -> tuple[Array, Array, Array]:
+    """Times from 0 [s], positions and velocities (n, 3) of the tip, late by the model's delay.
 
     One axis is the tangential one, y, pressed just below the surface.
+
+    Raises:
+        BadInput: a tip beside what was recorded (`Additions.tool`) of a hand whose orientation was not.
     """
     time = recording.time - recording.time[0]
     if recording.kind == "single_axis":
@@ -190,4 +193,7 @@ def probe_motion(recording: Recording, delay: float) -> tuple[Array, Array, Arra
         position[:, 2] = -1e-9
     else:
         position, velocity = recording.vector("position"), recording.vector("velocity")
-    return time, *delayed_motion(time, position, velocity, delay)
+    if any(model.additions.tool):
+        hand = HandOrientation.of(time, orientation_of(recording))
+        position, velocity = hand.tip(position, velocity, model.additions.tool)
+    return time, *delayed_motion(time, position, velocity, model.additions.delay)

@@ -99,7 +99,7 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
     model = in_recording(model, recording)
     if isinstance(model, PositionOut):
         return _driven_diagram(model, recording)
-    time, position, velocity = probe_motion(recording, model.additions.delay)
+    time, position, velocity = probe_motion(model, recording)
     builder = DiagramBuilder()
     hand = builder.AddNamedSystem("operator", RecordedOperator(time, position, velocity))
     environment: FlexibleBox | KelvinVoigtContact | SurfaceContactSystem

@@ -83,6 +83,7 @@ SHOWN: Final[Mapping[str, Values]] = {
         "height": (-0.003,) * 4 + (0.0,) * 4 + (-0.001,) * 4 + (-0.004,) * 4, "deviation": (1e-4,) * 16,
     },
     "frame_misalignment": {"rx": 0.1, "ry": 0.0, "rz": 0.0},
+    "tool_offset": {"x": 0.004, "y": 0.0, "z": 0.002},
     "gear_play": {"gap": 0.006},
     "dead_band": {"width": 0.8},
     "tabulated_force": {
@@ -150,7 +151,7 @@ def picture(effect: Effect) -> Picture | None:
     block = effect.block if effect.block_of is None else effect.block_of(values)
     in_a_box = block in BOX.BLOCKS and set(effect.needs) <= {"normal_k"}
     if effect.name in _ON_SURFACE:
-        panels = [_ACROSS, _RIDGE]
+        panels = [*_ON_SURFACE[effect.name]]
     elif effect.axis == "z":
         panels = [_DEPTH, _PRESSED]
     else:
@@ -199,6 +200,9 @@ def _strokes() -> Recording:
     """The probe on a flexible box."""
     columns = {"position_x": 0.0 * TIME, "position_y": _STROKES(TIME), "position_z": _HEIGHT(TIME)}
     columns |= {"velocity_x": 0.0 * TIME, "velocity_y": _STROKES(TIME, 1), "velocity_z": _HEIGHT(TIME, 1)}
+    half = 0.15 * np.sin(5.0 * TIME)  # the hand nods about y
+    columns |= dict.fromkeys(("orientation_x", "orientation_z"), 0.0 * TIME)
+    columns |= {"orientation_y": np.sin(half), "orientation_w": np.cos(half)}
     return Recording(TIME, columns | {f"force_{axis}": 0.0 * TIME for axis in "xyz"}, "strokes")
 
 
@@ -278,7 +282,13 @@ _RIDGE: Final = _Panel(
     _TIP, _strokes(), _over_time, "time [s]", "tangential force [N]",
     "the same over time, lifted off from 1.9 to 2.1 s",
 )  # fmt: skip
-_ON_SURFACE: Final = ("probe_slip", "surface_shape")
+_PRESSES: Final = _Panel(
+    _TIP, _strokes(), _pressed, "time [s]", "normal force [N]",
+    "a tip strokes over a level surface while the hand nods by 17 degrees to each side",
+)  # fmt: skip
+_ON_SURFACE: Final = {
+    "probe_slip": (_ACROSS, _RIDGE), "surface_shape": (_ACROSS, _RIDGE), "tool_offset": (_PRESSES,),
+}  # fmt: skip
 _SENSOR: Final = _Panel(
     BOX, _strokes(), _over_true_force, "true force [N]", "recorded force [N]", "what is recorded of a force",
 )  # fmt: skip

@@ -25,7 +25,7 @@ from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.base import fit_base
-from mmt_drake.diagnosis.search.surfaces import MISSING, ONE_MORE, SMOOTHNESS, SurfaceSearch
+from mmt_drake.diagnosis.search.surfaces import MISSING, OFFSET, ONE_MORE, SMOOTHNESS, SurfaceSearch
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
@@ -36,7 +36,7 @@ from mmt_drake.numeric.arrays import Array
 
 PARAMETERS, BEST = "parameters", "what came out best, once more"
 """Stages that every diagnosis has."""
-STAGES = (PARAMETERS, SMOOTHNESS, MISSING, ONE_MORE, BEST)
+STAGES = (PARAMETERS, SMOOTHNESS, MISSING, OFFSET, ONE_MORE, BEST)
 """Of the work."""
 _TOLD = 0.5
 """A stiffness is told if its interval is less than this part of it."""

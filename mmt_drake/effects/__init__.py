@@ -54,6 +54,7 @@ for _name in (
     "probe_slip",
     "surface_shape",
     "frame_misalignment",
+    "tool_offset",
     "gear_play",
     "dead_band",
     "tabulated_force",

@@ -119,6 +119,8 @@ class Additions(Checked):
         dead_band: total width within which an input does nothing, in its unit.
         delay: by which the force (or output) comes later than the position (or input) [s].
         turn: by which the frame of forces is turned against that of positions, about x, y and z [rad].
+        tool: where the tip is, from what was recorded, in the frame of a hand that turns [m]; who drives a model moves
+            the motion there (`mmt_drake.motion.hand`), as it delays it.
         course: numbers that change in the course of a recording (`mmt_drake.over`).
 
     Raises:
@@ -132,6 +134,7 @@ class Additions(Checked):
     dead_band: Annotated[float, Quantity("1")] = 0.0
     delay: Annotated[float, Quantity("s")] = 0.0
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    tool: tuple[float, float, float] = (0.0, 0.0, 0.0)
     course: Course | None = field(default=None, compare=False, repr=False)
 
     CALLED: ClassVar = "effects"

@@ -9,7 +9,8 @@ negative in contact. With the tip's velocity v and its part u across n, in conta
     F  = N n - T - c u                              on the tip
 
 Across n the contact is as stiff as along it. Where there is no friction the tip glides freely. The frame of forces may
-be turned against that of positions (`mmt_drake.model.turned`).
+be turned against that of positions (`mmt_drake.model.turned`). Where the tip is not where it was recorded, who drives
+the contact moves it there (`Additions.tool`).
 """
 
 import math
@@ -35,6 +36,7 @@ from mmt_drake.quantities import Damping, Level, Quantity, Stiffness
 # stands where all kernel vectors have it.
 _MU, _FC, _C, _K, _B, _SURFACE, _SPRING = range(7)
 _TURN = MAX_STEP + 1
+_NOWHERE = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ class SurfaceContact(Structure):
     }
     ALWAYS: ClassVar = ("height",)
     TAKES: ClassVar = (
-        *("probe_slip", "coulomb_friction", "viscous_friction", "surface_shape", "frame_misalignment", "time_delay"),
+        *("probe_slip", "coulomb_friction", "viscous_friction", "surface_shape"),
+        *("frame_misalignment", "tool_offset", "time_delay"),
         *("nonlinear_stiffness", "stiffness_drift", "hunt_crossley_damping"),
         *("viscoelastic_relaxation", "hardening_relaxation", "hysteresis"),
     )
@@ -93,7 +96,7 @@ class SurfaceContact(Structure):
         p[[_MU, _FC, _C, _K, _B]] = self.mu, self.Fc, self.c, self.k, self.b
         p[_SURFACE] = _TURN + TURN_SIZE
         p[_SPRING] = p[_SURFACE] + len(packed)
-        own = replace(self.additions, turn=(0.0, 0.0, 0.0), delay=0.0, friction=None)
+        own = replace(self.additions, turn=_NOWHERE, tool=_NOWHERE, delay=0.0, friction=None)
         along = KelvinVoigt(k=self.k, b=self.b, additions=own).kernel_vector(max_step)
         p[MAX_STEP] = along[MAX_STEP]
         return np.concatenate([p, rotation(*self.additions.turn), packed, along])

@@ -12,7 +12,7 @@ from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.column_map import ColumnMap, left_out
 from mmt_drake.recording.derive import HOW, rate_of, touches
 from mmt_drake.recording.recording import Cloud, Recording
-from mmt_drake.recording.signals import AXES, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
+from mmt_drake.recording.signals import AXES, ORIENTATION, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
 from mmt_drake.recording.stored import LongColumns
 
 # Beyond these no recording of a probe, a carriage or a servo is plausible: the unit is wrong.
@@ -29,6 +29,7 @@ _FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ESTIMATED = ("theta", "theta_deviation", "model")
 _MAY_BE_UNKNOWN = {column for signal in SIGNALS if signal.name in _ESTIMATED for column in signal.columns}
 _FEWEST = 3
+_UNIT_LENGTH = 0.01  # of a quaternion: what rounding, or a line between two of them, may take
 
 
 def completed(
@@ -71,6 +72,7 @@ def completed(
         if len(values) != len(time):
             raise BadInput(source, at=name, found=f"{len(values)} values", expected=f"{len(time)}, as many as times")
     _check_values(time, columns, source)
+    _check_orientation(columns, source)
     _check_clock(time, source)
     _check_units(time, columns, kind, units or {}, source)
     for name, value in (constants or {}).items():
@@ -164,6 +166,17 @@ def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> Non
             if bad.any():
                 index = int(np.argmax(bad))
                 raise _bad_value(source, index, name, values[index], "0 or 1")
+
+
+def _check_orientation(columns: Mapping[str, Array], source: str) -> None:
+    if not all(name in columns for name in ORIENTATION):
+        return
+    length = np.sqrt(sum(columns[name] ** 2 for name in ORIENTATION))
+    bad = np.abs(length - 1.0) > _UNIT_LENGTH
+    if bad.any():
+        index = int(np.argmax(bad))
+        at = f"row {index + 1}, columns {', '.join(ORIENTATION)}"
+        raise BadInput(source, at=at, found=f"a length of {length[index]:.4g}", expected="a unit quaternion")
 
 
 def _check_clock(time: Array, source: str) -> None:

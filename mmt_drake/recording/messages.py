@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from mmt_drake.recording.signals import ARRAY, BOOL, FLOAT, POINT, POSE, TWIST, WRENCH, Quantity
+from mmt_drake.recording.signals import ARRAY, BOOL, FLOAT, POINT, POSE, QUATERNION, TWIST, WRENCH, Quantity
 
 Bytes = NDArray[np.uint8]
 Integers = NDArray[np.int64]
@@ -26,9 +26,10 @@ _PLAIN = {
     "geometry_msgs/msg/Wrench": 6,
     "geometry_msgs/msg/Point": 3,
     "geometry_msgs/msg/Vector3": 3,
+    "geometry_msgs/msg/Quaternion": 4,
     FLOAT: 1,
 }
-STAMPED = {POSE: 7, TWIST: 6, WRENCH: 6, POINT: 3, "geometry_msgs/msg/Vector3Stamped": 3}
+STAMPED = {POSE: 7, TWIST: 6, WRENCH: 6, POINT: 3, QUATERNION: 4, "geometry_msgs/msg/Vector3Stamped": 3}
 """The messages of numbers with a header, and how many float64 they have."""
 
 _VECTORS = ("geometry_msgs/msg/Vector3Stamped", "geometry_msgs/msg/Vector3", ARRAY)
@@ -37,6 +38,7 @@ ACCEPTED: dict[Quantity, tuple[str, ...]] = {
     "position": (POSE, "geometry_msgs/msg/Pose", POINT, "geometry_msgs/msg/Point", *_VECTORS),
     "velocity": (TWIST, "geometry_msgs/msg/Twist", *_VECTORS),
     "force": (WRENCH, "geometry_msgs/msg/Wrench", *_VECTORS),
+    "orientation": (QUATERNION, "geometry_msgs/msg/Quaternion", ARRAY),
     "flag": (BOOL, FLOAT, "std_msgs/msg/Int32", "std_msgs/msg/UInt8"),
     "theta": (ARRAY,),
     "code": (FLOAT, "std_msgs/msg/Int32", "std_msgs/msg/UInt8"),

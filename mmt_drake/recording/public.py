@@ -50,7 +50,7 @@ class DataSet:
         read: dict[str, Array] = {}
         for name, column in self.columns.items():
             values = (data[column] if isinstance(column, str) else column(data)).astype(np.float64)
-            names = [name] if values.ndim == 1 else [f"{name}_{axis}" for axis in AXES]
+            names = [name] if values.ndim == 1 else [f"{name}_{part}" for part in (*AXES, "w")[: values.shape[1]]]
             read |= zip(names, np.ascontiguousarray(np.atleast_2d(values.T)), strict=True)
         return read
 
@@ -184,10 +184,12 @@ DATA_SETS = (
             "time": "t_s",
             "position": _below_the_highest,
             "force": "force_N",
+            "orientation": lambda data: np.roll(data["quat"], -1, axis=1),
             "in_contact": lambda data: np.ones(len(data["t_s"])),
         },
         (
             "axes of the robot's base, z up; the surface's height is not known: z = 0 is the highest point reached",
+            "orientation: of quat, taken for w, x, y, z: the tool then points down",
             "in_contact: 1, the probe does not leave the surface (force_z stays positive throughout)",
         ),
     ),

@@ -16,13 +16,16 @@ from mmt_drake.model.parameters import FORCE_LATENESS, SLIDING_THETA, TANGENTIAL
 from mmt_drake.model.scene_layout import PLACES, SCENE, SCENE_UNITS
 
 AXES = ("x", "y", "z")
+ORIENTATION = tuple(f"orientation_{part}" for part in (*AXES, "w"))
+"""Columns of the quaternion by which the probe is turned against the table."""
 
 Kind = Literal["contact", "single_axis", "driven_body", "motion"]
 # A scalar has its own unit, a number that of the recording, which is then of one axis or of a driven body.
-Quantity = Literal["position", "velocity", "force", "flag", "theta", "code", "scalar", "number"]
+Quantity = Literal["position", "velocity", "force", "orientation", "flag", "theta", "code", "scalar", "number"]
 
 POSE = "geometry_msgs/msg/PoseStamped"
 POINT = "geometry_msgs/msg/PointStamped"
+QUATERNION = "geometry_msgs/msg/QuaternionStamped"
 TWIST = "geometry_msgs/msg/TwistStamped"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 BOOL = "std_msgs/msg/Bool"
@@ -115,6 +118,7 @@ SIGNALS = (
     _vector("master_velocity", "/omega/twist", TWIST, "velocity"),
     _vector("position", "/telerobot/pose", POSE, "position"),
     _vector("velocity", "/telerobot/twist", TWIST, "velocity"),
+    Signal("orientation", "/telerobot/orientation", QUATERNION, ORIENTATION, "orientation"),
     _vector("force", "/telerobot/wrench", WRENCH, "force"),
     _vector("command_force", "/telerobot/command", WRENCH, "force"),
     _vector("rendered_force", "/renderer/wrench", WRENCH, "force"),

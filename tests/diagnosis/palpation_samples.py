@@ -3,9 +3,11 @@
 import math
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from mmt_drake.recording import Recording
 from mmt_drake.recording.check import completed
+from mmt_drake.recording.signals import ORIENTATION
 
 RATE_HZ, SUBSTEPS = 50, 20
 STIFFNESS = 450.0
@@ -16,11 +18,12 @@ def ball(x, y, radius):
     return np.sqrt(radius**2 - x**2 - y**2) - radius if math.isfinite(radius) else 0.0 * x
 
 
-def palpation(*, radius=math.inf, mu=0.0, seconds=40.0, noise=0.003, seed=0) -> Recording:
+def palpation(*, radius=math.inf, mu=0.0, seconds=40.0, noise=0.003, seed=0, tool=None) -> Recording:
     """A tip in a raster over a ball, pressing 1 to 5 mm deep at 1.3 Hz; white noise on force and position.
 
     The load acts along the line to the nearest point of the surface, N = k depth. Friction is a spring of 0.8 k with a
-    slider (Jenkins), fastened to that point.
+    slider (Jenkins), fastened to that point. With a `tool` (3,) [m] the hand turns by 10 degrees, and recorded is the
+    position of a point from which the tip is so far off in the hand's frame.
     """
     rng = np.random.default_rng(seed)
     t = np.arange(int(seconds * RATE_HZ * SUBSTEPS)) / (RATE_HZ * SUBSTEPS)
@@ -43,6 +46,12 @@ def palpation(*, radius=math.inf, mu=0.0, seconds=40.0, noise=0.003, seed=0) -> 
         stretch = stretch * min(1.0, mu * load[i] / (k * max(size, 1e-12)))
         force[i] -= k * stretch
     columns = {}
+    if tool is not None:
+        turns = 0.2 * np.column_stack([np.sin(2.0 * np.pi * t / 7.3), np.sin(2.0 * np.pi * t / 4.1 + 1.0), 0.0 * t])
+        hand = Rotation.from_rotvec(turns) * Rotation.from_rotvec([math.pi, 0.0, 0.0])
+        tip = tip - hand.apply(tool)
+        quaternion = hand.as_quat() * np.where(np.arange(len(t)) % 3, 1.0, -1.0)[:, np.newaxis]  # both are the same
+        columns |= zip(ORIENTATION, quaternion[::SUBSTEPS].T, strict=True)
     for i, axis in enumerate("xyz"):
         columns[f"position_{axis}"] = (tip[:, i] + 3e-6 * rng.standard_normal(len(t)))[::SUBSTEPS]
         columns[f"force_{axis}"] = (force[:, i] + noise * rng.standard_normal(len(t)))[::SUBSTEPS]

@@ -2,6 +2,7 @@
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
+from scipy.spatial.transform import Rotation
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model import driven_body, flexible_box, kelvin_voigt, surface_contact
@@ -12,6 +13,7 @@ from mmt_drake.model.structure import PositionOut
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model.transmission import TransmissionModel
 from mmt_drake.motion.delay import delayed_input, delayed_motion
+from mmt_drake.motion.hand import HandOrientation
 
 TIME = np.arange(3500) * 1e-3
 MODELS = {
@@ -71,6 +73,7 @@ SOME = {
         **{"height": [-0.004, 0.004, 0.0, 0.001, -0.002, 0.003], "deviation": [1e-4] * 6},
     },
     "frame_misalignment": {"rx": 0.1, "ry": -0.15, "rz": 0.2},
+    "tool_offset": {"x": 0.004, "y": -0.003, "z": 0.002},
     "gear_play": {"gap": 0.004},
     "dead_band": {"width": 0.8},
     "tabulated_force": {"of": "sliding_velocity", "at": [-0.2, -0.02, 0.02, 0.2], "value": [-0.6, -0.9, 0.9, 0.6]},
@@ -88,6 +91,8 @@ _STROKES = PchipInterpolator(
 )
 _HEIGHT = PchipInterpolator([0, 1.9, 2.0, 2.1, 2.2, 3.5], [-0.004, -0.006, 0.002, 0.002, -0.005, -0.003])
 STROKE, STROKE_RATE = _STROKES(TIME), _STROKES(TIME, 1)
+_TURNS = np.column_stack([0.5 * np.sin(3.0 * TIME), 0.4 * np.sin(4.0 * TIME + 1.0), 0.1 * np.sin(5.0 * TIME)])
+HAND = HandOrientation.of(TIME, Rotation.from_rotvec(_TURNS).as_quat())
 LOAD = 2.0 + np.sin(4.0 * TIME)
 
 
@@ -118,6 +123,7 @@ def respond(model, max_step=np.inf, rates=False, to=""):
     position, velocity = np.zeros((n, 3)), np.zeros((n, 3))
     position[:, 1], velocity[:, 1] = STROKE, STROKE_RATE
     position[:, 2], velocity[:, 2] = _HEIGHT(TIME), _HEIGHT(TIME, 1)
+    position, velocity = HAND.tip(position, velocity, model.additions.tool)
     position, velocity = delayed_motion(TIME, position, velocity, delay)
     if isinstance(model, KelvinVoigt):
         force = np.empty(n)

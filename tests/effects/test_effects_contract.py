@@ -58,6 +58,7 @@ time_delay channel delay
 probe_slip friction mu
 surface_shape geometry x y height deviation
 frame_misalignment geometry rx ry rz
+tool_offset geometry x y z
 gear_play drive gap
 dead_band drive width
 tabulated_force any of at value
@@ -223,7 +224,7 @@ body_force constant_force ground_spring end_stop gravity_offset torque_ripple
 inertia mass_change second_mode
 sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance
 timing time_delay force_lag
-geometry surface_shape frame_misalignment
+geometry surface_shape frame_misalignment tool_offset
 drive_train gear_play dead_band
 tabulated_force tabulated_force
 """

@@ -21,6 +21,7 @@ from mmt_drake.model_files import Model
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 from mmt_drake.recording.check import completed
+from mmt_drake.recording.signals import ORIENTATION
 from mmt_drake.replay import check_load, replayed
 
 _ENOUGH = 5000
@@ -187,6 +188,8 @@ def _nominal(recording: Recording, model: Model, smoothed: Smoothed) -> Array | 
         columns |= dict(zip(rates, smoothed.input_rate.T, strict=True))
         columns["in_contact"] = smoothed.in_contact.astype(np.float64)
         columns |= dict(zip(channels.outputs, smoothed.output.T, strict=True))
+        if smoothed.hand is not None:
+            columns |= zip(ORIENTATION, smoothed.hand.quaternion.T, strict=True)
     count = min(len(smoothed.time), _ENOUGH) if smoothed.kind == "driven_body" else len(smoothed.time)
     part = {name: values[:count] for name, values in columns.items()}
     driven = Recording(smoothed.time[:count], part, recording.source, constants=recording.constants)

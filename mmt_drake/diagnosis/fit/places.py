@@ -127,7 +127,7 @@ class Scan:
         """The fit, on all samples: of its numbers the derivatives that are left once the surface has followed them."""
         hypothesis, found = explained.hypothesis, explained.found
         full = replace(self.surface, most_rows=math.inf)
-        told = full.shaped(hypothesis, found.heights)
+        told = full.shaped(hypothesis, found.x, found.heights)
         own = full.problem.at(told, found.x)
         if SHAPE not in hypothesis.key:
             return own
@@ -141,7 +141,7 @@ class Scan:
         jacobian, residual = own.minimum.jacobian.copy(), own.minimum.residual
         jacobian[:count] -= bent @ (inverse @ (bent.T @ jacobian[:count]))
         deviation = _deviations(bent, inverse, residual[:count], Scan.of(full).block[seen])
-        told = full.shaped(hypothesis, found.heights, deviation)
+        told = full.shaped(hypothesis, found.x, found.heights, deviation)
         return Fitted(told, replace(own.minimum, jacobian=jacobian))
 
 

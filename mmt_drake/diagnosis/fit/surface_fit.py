@@ -21,17 +21,18 @@ from scipy.sparse.linalg import splu
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Problem
-from mmt_drake.diagnosis.fit.surface_track import contact_over
+from mmt_drake.diagnosis.fit.surface_track import contact_over, tip_over
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-from mmt_drake.effects import surface_shape
+from mmt_drake.effects import surface_shape, tool_offset
 from mmt_drake.errors import attempt
 from mmt_drake.model.height_map import FIRST, HeightMap, nodes_under
 from mmt_drake.model.surface_contact import SurfaceContact
+from mmt_drake.motion.hand import Place
 from mmt_drake.numeric.arrays import Array, Flags
 
 Numbers = NDArray[np.intp]
-SHAPE = surface_shape.EFFECT.name
+SHAPE, TOOL = surface_shape.EFFECT.name, tool_offset.EFFECT.name
 _NODES = 300
 """Heights of a map, about so many: an organ under a probe has no more to it than forces show."""
 _MOST_ROWS = 6000.0
@@ -116,7 +117,7 @@ class SurfaceFit:
 
     @cached_property
     def grid(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Columns and rows of the map: it covers where the probe was."""
+        """Columns and rows of the map: it covers where the probe was, as recorded."""
         low, high = self.place.min(axis=0), self.place.max(axis=0)
         size = np.maximum(high - low, 1e-2 * float((high - low).max()) + 1e-9)
         apart = float(np.sqrt(size[0] * size[1] / _NODES))
@@ -124,15 +125,21 @@ class SurfaceFit:
         x, y = (np.linspace(a, a + s, n) for a, s, n in zip(low, size, counts, strict=True))
         return tuple(map(float, x)), tuple(map(float, y))
 
-    @cached_property
-    def _under(self) -> tuple[sparse.csr_matrix, ...]:
-        """(n/3, m) each: height and slopes along x and y at each row, of the heights."""
-        x, y = self.grid
-        empty = HeightMap(x, y, (0.0,) * (len(x) * len(y))).packed()
-        places = np.concatenate([s.input[rows, :2] for s, rows in zip(self.recordings, self.rows, strict=True)])
-        node, *parts = (np.empty((len(places), 16)) for _ in range(4))
-        nodes_under(empty, places[:, 0].copy(), places[:, 1].copy(), node, *parts)
-        row, shape = np.repeat(np.arange(len(places)), 16), (len(places), len(empty) - FIRST)
+    def _moved_grid(self, tool: Place) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The same as far off as the tip is on average: a map that stayed would end where the tip is."""
+        if not any(tool):
+            return self.grid
+        tips = [tip_over(s, tool)[0][rows] for s, rows in zip(self.recordings, self.rows, strict=True)]
+        off = np.concatenate(tips)[:, :2].mean(axis=0) - self.place.mean(axis=0)
+        x, y = (tuple(float(v) + float(o) for v in at) for at, o in zip(self.grid, off, strict=True))
+        return x, y
+
+    def _under(self, surface: HeightMap, tips: Array) -> tuple[sparse.csr_matrix, ...]:
+        """(n, m) each: height and slopes along x and y under tips (n, 3), of the heights."""
+        packed = surface.packed()
+        node, *parts = (np.empty((len(tips), 16)) for _ in range(4))
+        nodes_under(packed, tips[:, 0].copy(), tips[:, 1].copy(), node, *parts)
+        row, shape = np.repeat(np.arange(len(tips)), 16), (len(tips), len(packed) - FIRST)
         at = row, node.astype(int).ravel()
         return tuple(sparse.csr_matrix((part.ravel(), at), shape=shape) for part in parts)
 
@@ -146,11 +153,20 @@ class SurfaceFit:
         parts = (sparse.kron(iy, bx) / dx**2, sparse.kron(by, ix) / dy**2, sparse.kron(ey, ex) * (2.0**0.5 / (dx * dy)))
         return (own * sparse.vstack(parts)).tocsr()
 
-    def shaped(self, hypothesis: Hypothesis, heights: Array, deviation: Array | None = None) -> Hypothesis:
-        """The hypothesis with a surface of these heights, where it has a surface that is not level."""
+    def shaped(
+        self, hypothesis: Hypothesis, numbers: Array, heights: Array, deviation: Array | None = None
+    ) -> Hypothesis:
+        """The hypothesis with a surface of these heights, where it has a surface that is not level.
+
+        Args:
+            hypothesis: of which.
+            numbers: (k,) of it.
+            heights, deviation: (m,) [m].
+        """
         if SHAPE not in hypothesis.key:
             return hypothesis
-        x, y = self.grid
+        tool = hypothesis.effect_values(numbers).get(TOOL, {})
+        x, y = self._moved_grid((tool.get("x", 0.0), tool.get("y", 0.0), tool.get("z", 0.0)))
         known = np.zeros(len(heights)) if deviation is None else deviation
         held: Mapping[str, Any] = {
             **{"x": list(x), "y": list(y)},
@@ -160,7 +176,7 @@ class SurfaceFit:
 
     def model(self, hypothesis: Hypothesis, x: Array, heights: Array) -> SurfaceContact:
         """The model with these numbers and heights."""
-        model = self.shaped(hypothesis, heights).model(x)
+        model = self.shaped(hypothesis, x, heights).model(x)
         assert isinstance(model, SurfaceContact)  # nothing else has a surface
         return model
 
@@ -176,12 +192,12 @@ class SurfaceFit:
 
     def derivatives(self, model: SurfaceContact) -> sparse.csr_matrix:
         """(n, m) of the residual after the heights."""
-        found, begin = [], 0
+        surface = model.surface
+        assert surface is not None  # it is learned
+        found, heights = [], np.asarray(surface.height)
         for tracks, rows in zip(self.problem.by_recording(), self.rows, strict=True):
-            own = slice(begin, begin + len(rows))
-            begin += len(rows)
-            h, hx, hy = (part[own] for part in self._under)
-            heights = np.asarray(model.surface.height if model.surface is not None else ())
+            tips, rates = tip_over(tracks[0].smoothed, model.additions.tool)
+            h, hx, hy = self._under(surface, tips[rows])
             sx, sy = hx @ heights, hy @ heights
             steep = np.sqrt(1.0 + sx**2 + sy**2)
             n = np.column_stack([-sx, -sy, np.ones_like(sx)]) / steep[:, np.newaxis]
@@ -193,7 +209,7 @@ class SurfaceFit:
             push = n + (across / np.maximum(load, 1e-9)[:, np.newaxis]) * (slips & (model.mu > 0.0))[:, np.newaxis]
             dial = sparse.diags
             turns = dial(sx / steep**2) @ hx + dial(sy / steep**2) @ hy
-            rate = tracks[0].smoothed.input_rate[rows]
+            rate = rates[rows]
             press = dial(rate[:, 0] / steep) @ hx + dial(rate[:, 1] / steep) @ hy + dial((n * rate).sum(axis=1)) @ turns
             loads = dial(model.k * touches / steep) @ h - dial(model.k * depth[:, 0]) @ turns
             loads = loads + dial(model.b * touches) @ press
@@ -246,10 +262,13 @@ class SurfaceFit:
             else:
                 normal, slope = sparse.csc_matrix(numbers.T @ numbers), numbers.T @ r[chosen]
                 cost = min(cost, float(r[chosen] @ r[chosen]))
+            held = ((x <= low) & (slope[size:] > 0.0)) | ((x >= high) & (slope[size:] < 0.0))
+            free = np.flatnonzero(np.concatenate([np.ones(size, dtype=bool), ~held]))
+            normal, slope = normal[free][:, free], slope[free]
             own = np.maximum(normal.diagonal(), 1e-12 * float(normal.diagonal().max()))
-            better = None
+            better, step = None, np.zeros(size + len(x))
             while better is None and damping < 1e6:
-                step = -splu((normal + damping * sparse.diags(own)).tocsc()).solve(slope)
+                step[free] = -splu((normal + damping * sparse.diags(own)).tocsc()).solve(slope)
                 moved = np.clip(x + scale * np.clip(step[size:], -_LONGEST, _LONGEST), low, high)
                 raised = heights + step[:size] if shaped else heights
                 trial = self._attempt(hypothesis, moved, raised)

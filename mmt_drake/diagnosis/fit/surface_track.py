@@ -12,7 +12,9 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model import surface_contact
 from mmt_drake.model.structure import Structure
 from mmt_drake.model.surface_contact import SurfaceContact
+from mmt_drake.motion.hand import Place
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.recording.signals import ORIENTATION
 
 _latest = threading.local()
 
@@ -23,19 +25,37 @@ def contact_over(s: Smoothed, model: Structure) -> Array:
     The latest is kept, for the tracks of the other axes.
 
     Raises:
-        BadInput: a model of another structure.
+        BadInput: a model of another structure, or as `tip_over`.
     """
     if not isinstance(model, SurfaceContact):
         raise BadInput(s.source, found=f"a {model.NAME} model", expected="surface_contact")
     p = model.kernel_vector()
-    key = (id(s), p.tobytes())
+    key = (id(s), p.tobytes(), model.additions.tool)
     if getattr(_latest, "key", None) != key:
         found = np.empty((len(s.time), 6))
-        position, rate = np.ascontiguousarray(s.input), np.ascontiguousarray(s.input_rate)
+        position, rate = map(np.ascontiguousarray, tip_over(s, model.additions.tool))
         surface_contact.replay(s.time, position, rate, p, found)
         _latest.key, _latest.smoothed, _latest.found = key, s, found
     result: Array = _latest.found
     return result
+
+
+def tip_over(s: Smoothed, tool: Place) -> tuple[Array, Array]:
+    """Position [m] and velocity [m/s] of the tip in a recording, (n, 3) each.
+
+    Args:
+        s: the recording.
+        tool: see `Additions.tool`.
+
+    Raises:
+        BadInput: a tip that is not where it was recorded, of a hand whose orientation was not recorded.
+    """
+    if not any(tool):
+        return s.input, s.input_rate
+    if s.hand is None:
+        expected = f"the columns {', '.join(ORIENTATION)}, by which its offset turns"
+        raise BadInput(s.source, found="a tool_offset in the model", expected=expected)
+    return s.hand.tip(s.input, s.input_rate, tool)
 
 
 @dataclass(frozen=True)
@@ -65,6 +85,7 @@ class SurfaceTrack(Track):
             "sliding_velocity": speed,
             "load": np.maximum(load, 0.0),
             "depth": depth,
+            "depth_rate": np.gradient(depth, s.time),
             "position": s.input[:, self.column],
             "deflection": -depth,
             "deflection_rate": s.input_rate[:, self.column],

@@ -11,13 +11,14 @@ from mmt_drake.diagnosis.fit.box_tracks import NORMAL_COLUMN
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.places import Explained, Scan
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.fit.surface_fit import SHAPE, SurfaceFit
+from mmt_drake.diagnosis.fit.surface_fit import SHAPE, TOOL, SurfaceFit
 from mmt_drake.diagnosis.search.watch import NOTHING, Watch
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.numeric.arrays import Array
 
 SMOOTHNESS, MISSING, ONE_MORE = "how smooth the surface is", "what is missing", "one more missing effect"
+OFFSET = "whether the tip is elsewhere"
 """What is done, stage by stage."""
 RUBBING = ("probe_slip", "coulomb_friction", "viscous_friction")
 """What may act along a surface, one of these."""
@@ -26,7 +27,9 @@ STIFF = (0.03, 0.3, 3.0)
 """How smooth a surface may be held, see `SurfaceFit`: the one that predicts unseen places and times best."""
 WITHIN = ("viscoelastic_relaxation", "hunt_crossley_damping", "nonlinear_stiffness")
 """What may act within the contact, one of these beside the best of all that."""
-_AT_FIRST = 0.2
+_TURNS = math.radians(1.0)
+"""RMS of a hand's turning about its mean from which on an offset of its tool may be told."""
+_AT_FIRST, _OFF = 0.2, 2e-3
 _MORE = 1.5
 """RMS of the residual over the noise above which a further effect is looked for."""
 
@@ -53,6 +56,8 @@ class SurfaceSearch:
     def run(self) -> tuple[Scan, list[Explained]]:
         """How the recordings are cut, and every set of effects that was tried, that of none first."""
         known = {e.name: e for e in self.library if self.base.hypothesis.admits(e)}
+        if not self._turns():
+            known.pop(TOOL, None)
         scan = self._as_smooth_as_predicts(known) if SHAPE in known else Scan.of(SurfaceFit(self.problem))
         rubbing = [*((name,) for name in RUBBING if name in known), ()]
         # Those that explain most come first: there may be no time for all.
@@ -63,6 +68,11 @@ class SurfaceSearch:
         begun = [self._begun(names, known) for names in sets]
         self.watch.begin(MISSING)
         found = self._tried(scan, [(*start, self._level(scan.surface, start[0])) for start in begun])
+        if TOOL in known:
+            # From where they ended: far off the surface that the tip seems to have touched is another one.
+            self.watch.begin(OFFSET)
+            aligned = [one for one in found if TURNED not in one.hypothesis.key]
+            found += self._tried(scan, [self._beside(scan, one, known[TOOL]) for one in aligned])
         best = min(found, key=lambda e: e.unseen_cost, default=None)
         if best is not None and _left(scan, best) > _MORE:
             self.watch.begin(ONE_MORE)
@@ -93,10 +103,16 @@ class SurfaceSearch:
         k = max(scan.surface.model_of(hypothesis, found).k, 1e-9)
         depth = self._load() / k
         first = {"k_maxwell": 0.3 * k, "tau": 0.3, "lambda": 0.1 / depth, "k3": 0.1 * k / depth**2}
+        first |= dict.fromkeys("xyz", _OFF)
         values[effect.name] = {p.symbol: first[p.symbol] for p in effect.parameters if p.symbol in first}
         added = hypothesis.adding(effect)
         x = added.vector(hypothesis.structure_values(found.x), values, hypothesis.skew_of(found.x))
         return added, x, found.heights
+
+    def _turns(self) -> bool:
+        """Whether the hand was recorded and turns, in every recording."""
+        hands = [tracks[0].smoothed.hand for tracks in self.problem.by_recording()]
+        return all(hand is not None and hand.spread > _TURNS for hand in hands)
 
     def _load(self) -> float:
         """About how strongly the tip presses [N]."""
@@ -110,7 +126,11 @@ class SurfaceSearch:
 
         def cost(scan: Scan) -> float:
             hypothesis, x = self._begun(names, known)
-            return scan.explained(hypothesis, x, self._level(scan.surface, hypothesis)).unseen_cost
+            found = scan.explained(hypothesis, x, self._level(scan.surface, hypothesis))
+            costs = [found.unseen_cost]
+            if TOOL in known:
+                costs.append(scan.explained(*self._beside(scan, found, known[TOOL])).unseen_cost)
+            return min(costs)
 
         self.watch.begin(SMOOTHNESS)
         costs = []

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_filter
 
-from mmt_drake.diagnosis.signals.clocks import Clock, clock_of, held_on_clock, near
+from mmt_drake.diagnosis.signals.clocks import Clock, clock_of, held_on_clock, near, on_clock
 from mmt_drake.diagnosis.signals.columns import Bands, Columns
 from mmt_drake.diagnosis.signals.fusion import smoothed_motion
 from mmt_drake.diagnosis.signals.noise import Noise
@@ -20,9 +20,11 @@ from mmt_drake.diagnosis.signals.rest import Rest, at_rest
 from mmt_drake.diagnosis.signals.stillness import stilled
 from mmt_drake.diagnosis.signals.touches import ContactTimes, contact_of, raw_flags
 from mmt_drake.errors import BadInput
+from mmt_drake.motion.hand import HandOrientation, orientation_of
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.zero_phase import LowPass, convolved, mirrored
 from mmt_drake.recording import Recording
+from mmt_drake.recording.signals import ORIENTATION
 
 RATE_HZ = 250.0
 """Rate that the fit replays at, unless the band asks for more or the recording has less."""
@@ -59,6 +61,7 @@ class Smoothed:
         input_noise, input_rate_noise, output_noise: (k,) deviations of what is left of it here.
         input_filter: that the input of a driven body went through.
         rest: the force sensor in free space, where there was any.
+        hand: how the hand turns, where that was recorded.
         resampling_error: (k,) bound on what an uneven clock adds to the input [m].
         clock: of the recording.
         every: samples of the recording's even clock per sample here.
@@ -86,6 +89,7 @@ class Smoothed:
     clock: Clock
     every: int
     rest: Rest | None = None
+    hand: HandOrientation | None = None
     uses_velocity: bool = False
 
     @property
@@ -215,8 +219,18 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         clock=clock,
         every=every,
         rest=rest,
+        hand=_hand(recording, columns, bands, every),
         uses_velocity=uses_velocity,
     )
+
+
+def _hand(recording: Recording, columns: Columns, bands: Bands, every: int) -> HandOrientation | None:
+    """The hand at every so manieth sample of the even clock, its orientation filtered as positions are."""
+    if ORIENTATION[0] not in recording:
+        return None
+    even = on_clock(recording.time, orientation_of(recording), columns.clock)
+    even = LowPass(max(bands.moving_hz)).apply(even, columns.clock.rate_hz, every)
+    return HandOrientation.of(columns.clock.times(every), even)
 
 
 def _left_of_input(columns: Columns, every: int) -> Array:
