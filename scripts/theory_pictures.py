@@ -82,6 +82,10 @@ SHOWN: Final[Mapping[str, Values]] = {
         "x": (-0.03, 0.0, 0.03, 0.06), "y": (-0.03, 0.0, 0.03, 0.06),
         "height": (-0.003,) * 4 + (0.0,) * 4 + (-0.001,) * 4 + (-0.004,) * 4, "deviation": (1e-4,) * 16,
     },
+    "stiffness_map": {
+        "x": (-0.03, 0.03), "y": (-0.03, 0.0, 0.03, 0.06),
+        "stiffness": (400.0,) * 4 + (900.0,) * 2 + (400.0,) * 2, "deviation": (20.0,) * 8,
+    },
     "frame_misalignment": {"rx": 0.1, "ry": 0.0, "rz": 0.0},
     "tool_offset": {"x": 0.004, "y": 0.0, "z": 0.002},
     "gear_play": {"gap": 0.006},
@@ -288,6 +292,7 @@ _PRESSES: Final = _Panel(
 )  # fmt: skip
 _ON_SURFACE: Final = {
     "probe_slip": (_ACROSS, _RIDGE), "surface_shape": (_ACROSS, _RIDGE), "tool_offset": (_PRESSES,),
+    "stiffness_map": (_PRESSES,),
 }  # fmt: skip
 _SENSOR: Final = _Panel(
     BOX, _strokes(), _over_true_force, "true force [N]", "recorded force [N]", "what is recorded of a force",

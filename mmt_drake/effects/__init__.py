@@ -53,6 +53,7 @@ for _name in (
     "time_delay",
     "probe_slip",
     "surface_shape",
+    "stiffness_map",
     "frame_misalignment",
     "tool_offset",
     "gear_play",

@@ -88,7 +88,7 @@ class Parameter:
     symbol: str
     unit: str
     bounds: tuple[float, float] = (-math.inf, math.inf)
-    vanishes_at: float | str | tuple[float, ...] = 0.0
+    vanishes_at: float | str | tuple[float | str, ...] = 0.0
     default: float | str | None = None
     kind: Literal["number", "choice", "list"] = "number"
     choices: tuple[float | str, ...] = ()
@@ -289,10 +289,17 @@ class Effect:
 
     def vanished(self, model: Structure) -> dict[str, Any]:
         """Parameters with which the effect does nothing to a model."""
-        values: dict[str, Any] = {p.symbol: p.vanishes_at for p in self.parameters}
+
+        def known(value: float | str) -> float | str:
+            return model.value(value) if isinstance(value, str) else value
+
+        values: dict[str, Any] = {}
         for p in self.parameters:
-            if p.kind == "number" and isinstance(p.vanishes_at, str):
-                values[p.symbol] = model.value(p.vanishes_at)
+            at = p.vanishes_at
+            if isinstance(at, tuple):
+                values[p.symbol] = tuple(map(known, at))
+            else:
+                values[p.symbol] = known(at) if p.kind == "number" else at
         return values
 
     def may_vanish(self, intervals: Mapping[str, tuple[float, float]]) -> bool:

@@ -16,49 +16,28 @@ Easily confused with:
 - `probe_slip`: over a scan one way friction tilts the force as a slope does; scans both ways tell them apart.
 """
 
-from mmt_drake.effects.effect import Effect, Parameter, Values
-from mmt_drake.errors import BadInput
-from mmt_drake.model.height_map import HeightMap
+from dataclasses import replace
+
+from mmt_drake.effects.effect import Effect, Values
+from mmt_drake.effects.over_places import checked_table, over_places, table_of
 from mmt_drake.model.structure import Structure
 from mmt_drake.model.surface_contact import SurfaceContact
 
 
-def _shape(values: Values) -> HeightMap:
-    return HeightMap(tuple(values["x"]), tuple(values["y"]), tuple(values["height"]))
-
-
-def _check(model: Structure, values: Values, source: str) -> None:
-    try:
-        shape = _shape(values)
-    except BadInput as error:
-        raise BadInput(source, at=error.at, found=error.found, expected=error.expected) from None
-    known = values["deviation"]
-    if len(known) != len(shape.height) or min(known) < 0.0:
-        expected = f"{len(shape.height)}, one for each height, none below 0"
-        raise BadInput(
-            source, at="deviation", found=f"{len(known)} deviations from {min(known, default=0.0):g}", expected=expected
-        )
-
-
 def _change(model: Structure, values: Values) -> Structure:
     assert isinstance(model, SurfaceContact)  # nothing else has a surface
-    return model.with_surface(_shape(values))
+    return replace(model, surface=table_of(values, "height"))
 
 
 EFFECT = Effect(
     name="surface_shape",
     block="geometry",
     family="geometry",
-    parameters=(
-        Parameter("x", "m", vanishes_at=(0.0, 1.0), kind="list"),
-        Parameter("y", "m", vanishes_at=(0.0, 1.0), kind="list"),
-        Parameter("height", "m", vanishes_at=(0.0, 0.0, 0.0, 0.0), kind="list"),
-        Parameter("deviation", "m", vanishes_at=(0.0, 0.0, 0.0, 0.0), kind="list"),
-    ),
+    parameters=over_places("height", "m", vanishes_at=0.0),
     equation="contact along the normal of z = h(x, y), h bicubic over a grid, in the place of z = height",
     source="Catmull and Rom 1974, Computer Aided Geometric Design; Johnson 1985, Contact Mechanics, chapter 1",
     change=_change,
-    check=_check,
+    check=checked_table("height"),
     replaces="height",
     needs=("surface",),
     starts=lambda scales: [],  # learned, not searched for

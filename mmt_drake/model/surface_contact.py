@@ -3,7 +3,7 @@
 Under the tip p the surface has height h, outward unit normal n and the touching plane at a distance s below the tip,
 negative in contact. With the tip's velocity v and its part u across n, in contact::
 
-    N  = -(k s + b n.v)  with what effects add      along n, as of `mmt_drake.model.kelvin_voigt`
+    N  = -(k s + b n.v)  with what effects add      along n, as of `mmt_drake.model.kelvin_voigt`; k may be k(x, y)
     T  = k D + b u,   D' = u - slip                 across n: D is anchored where the tip touched, and turns with n
     |T| <= mu max(N, 0) + Fc                        and where that is reached the anchor is carried along, along T
     F  = N n - T - c u                              on the tip
@@ -15,16 +15,16 @@ the contact moves it there (`Additions.tool`).
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
 
 from mmt_drake.model import kelvin_voigt as spring
-from mmt_drake.model.height_map import HeightMap, under
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.local_contact import Touch, carried, let_through, turned
 from mmt_drake.model.parameters import MAX_STEP
+from mmt_drake.model.place_table import PlaceTable, under
 from mmt_drake.model.structure import Structure
 from mmt_drake.model.turned import TURN_SIZE, in_force_frame, rotation
 from mmt_drake.numeric.arrays import Array
@@ -32,9 +32,9 @@ from mmt_drake.numeric.layout import Layout
 from mmt_drake.numeric.vectors import Vector, across, dot, get, length, minus, plus, put, times
 from mmt_drake.quantities import Damping, Level, Quantity, Stiffness
 
-# Layout of the kernel vector; behind it the rotation, the surface and the kernel vector of the spring along n. The step
-# stands where all kernel vectors have it.
-_MU, _FC, _C, _K, _B, _SURFACE, _SPRING = range(7)
+# Layout of the kernel vector; behind it the rotation, the surface, perhaps the stiffness, and the kernel vector of the
+# spring along n. The step stands where all kernel vectors have it.
+_MU, _FC, _C, _K, _B, _SURFACE, _STIFFNESS, _SPRING = range(8)
 _TURN = MAX_STEP + 1
 _NOWHERE = (0.0, 0.0, 0.0)
 
@@ -50,7 +50,8 @@ class SurfaceContact(Structure):
         mu: friction of the tip on the surface, in proportion to the load N, >= 0.
         Fc: the same, whatever the load [N], >= 0.
         c: drag of the tip along the surface [N s/m], >= 0.
-        surface: in the place of a level one.
+        surface: heights [m] in the place of a level one.
+        stiffness: k [N/m] over places, in the place of one k.
         additions: what effects add.
 
     Raises:
@@ -63,7 +64,8 @@ class SurfaceContact(Structure):
     mu: Annotated[float, Quantity("1")] = 0.0
     Fc: Level = 0.0
     c: Damping = 0.0
-    surface: HeightMap | None = field(default=None, metadata={"in_files": False})
+    surface: PlaceTable | None = field(default=None, metadata={"in_files": False})
+    stiffness: PlaceTable | None = field(default=None, metadata={"in_files": False})
 
     NAME: ClassVar = "surface_contact"
     BLOCKS: ClassVar = ("friction", "contact", "channel", "geometry")
@@ -74,7 +76,7 @@ class SurfaceContact(Structure):
     ALWAYS: ClassVar = ("height",)
     TAKES: ClassVar = (
         *("probe_slip", "coulomb_friction", "viscous_friction", "surface_shape"),
-        *("frame_misalignment", "tool_offset", "time_delay"),
+        *("stiffness_map", "frame_misalignment", "tool_offset", "time_delay"),
         *("nonlinear_stiffness", "stiffness_drift", "hunt_crossley_damping"),
         *("viscoelastic_relaxation", "hardening_relaxation", "hysteresis"),
     )
@@ -83,19 +85,17 @@ class SurfaceContact(Structure):
         """See `Structure.value`; it always has a surface."""
         return 1.0 if symbol == "surface" else super().value(symbol)
 
-    def with_surface(self, surface: HeightMap) -> Self:
-        """The same contact on a surface that is not level."""
-        return replace(self, surface=surface)
-
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read."""
         flat = (0.0, 1.0)
-        surface = self.surface or HeightMap(flat, flat, (self.height,) * 4)
-        packed = surface.packed()
+        surface = self.surface or PlaceTable(flat, flat, (self.height,) * 4)
+        stiffness = () if self.stiffness is None else self.stiffness.packed()
+        packed = np.concatenate([surface.packed(), stiffness])
         p = np.zeros(_TURN)
         p[[_MU, _FC, _C, _K, _B]] = self.mu, self.Fc, self.c, self.k, self.b
         p[_SURFACE] = _TURN + TURN_SIZE
         p[_SPRING] = p[_SURFACE] + len(packed)
+        p[_STIFFNESS] = p[_SPRING] - len(stiffness)
         own = replace(self.additions, turn=_NOWHERE, tool=_NOWHERE, delay=0.0, friction=None)
         along = KelvinVoigt(k=self.k, b=self.b, additions=own).kernel_vector(max_step)
         p[MAX_STEP] = along[MAX_STEP]
@@ -156,11 +156,14 @@ def advance(state: Array, t: float, motion: Array, p: Array) -> None:
         moved = (0.0, 0.0, 0.0)
     else:
         spring.advance(own, t, s, dot(n, rate), 0.0, along)
-    normal, u = spring.force_on_probe(own, along), across(rate, n)
+    k = p[_K]
+    if p[_STIFFNESS] != p[_SPRING]:
+        k = under(p[int(p[_STIFFNESS]) :], at[0], at[1]).h
+    normal, u = spring.force_on_probe(own, along) - (k - p[_K]) * s, across(rate, n)
     d = plus(turned(get(state, STRETCH), n), across(moved, n))
-    tangential = plus(times(p[_K], d), times(p[_B], u))
+    tangential = plus(times(k, d), times(p[_B], u))
     share = let_through(p[_MU] * max(normal, 0.0) + p[_FC], length(tangential))
-    put(state, STRETCH, carried(d, Touch(normal, tangential, share), h, p[_K], p[_B]))
+    put(state, STRETCH, carried(d, Touch(normal, tangential, share), h, k, p[_B]))
     force = minus(minus(times(normal, n), times(share, tangential)), times(p[_C], u))
     put(state, FORCE, in_force_frame(p, _TURN, force[0], force[1], force[2]))
     state[TOUCHES], state[ALONG], state[DEPTH], state[SPEED] = 1.0, normal, -s, length(u)

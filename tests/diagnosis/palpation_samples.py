@@ -18,12 +18,20 @@ def ball(x, y, radius):
     return np.sqrt(radius**2 - x**2 - y**2) - radius if math.isfinite(radius) else 0.0 * x
 
 
-def palpation(*, radius=math.inf, mu=0.0, seconds=40.0, noise=0.003, seed=0, tool=None) -> Recording:
+def stiffness_at(x, y, lump):
+    """Of the contact over a lump [N/m]."""
+    return STIFFNESS * (1.0 + lump * np.exp(-0.5 * ((x - 0.002) ** 2 + (y + 0.006) ** 2) / 0.005**2))
+
+
+def palpation(
+    *, radius=math.inf, mu=0.0, seconds=40.0, noise=0.003, seed=0, tool=None, lump=0.0, hardens=0.0
+) -> Recording:
     """A tip in a raster over a ball, pressing 1 to 5 mm deep at 1.3 Hz; white noise on force and position.
 
     The load acts along the line to the nearest point of the surface, N = k depth. Friction is a spring of 0.8 k with a
     slider (Jenkins), fastened to that point. With a `tool` (3,) [m] the hand turns by 10 degrees, and recorded is the
-    position of a point from which the tip is so far off in the hand's frame.
+    position of a point from which the tip is so far off in the hand's frame. A `lump` of 5 mm at (2, -6) mm is stiffer
+    by so much of k; the contact `hardens` by k3 [N/m^3] times the depth cubed.
     """
     rng = np.random.default_rng(seed)
     t = np.arange(int(seconds * RATE_HZ * SUBSTEPS)) / (RATE_HZ * SUBSTEPS)
@@ -37,7 +45,7 @@ def palpation(*, radius=math.inf, mu=0.0, seconds=40.0, noise=0.003, seed=0, too
         up = np.tile([0.0, 0.0, 1.0], (len(t), 1))
         foot = np.column_stack([x, y, 0.0 * x])
         tip = foot - depth[:, np.newaxis] * up
-    load = STIFFNESS * depth
+    load = stiffness_at(x, y, lump) * depth + hardens * depth**3
     force, stretch, k = load[:, np.newaxis] * up, np.zeros(3), 0.8 * STIFFNESS
     for i in range(1, len(t)) if mu > 0.0 else ():
         stretch = stretch + foot[i] - foot[i - 1]

@@ -57,6 +57,7 @@ periodic_disturbance force_sensor amplitude frequency phase
 time_delay channel delay
 probe_slip friction mu
 surface_shape geometry x y height deviation
+stiffness_map contact x y stiffness deviation
 frame_misalignment geometry rx ry rz
 tool_offset geometry x y z
 gear_play drive gap
@@ -64,7 +65,7 @@ dead_band drive width
 tabulated_force any of at value
 """
 
-LEARNED = ("tabulated_force", "surface_shape")
+LEARNED = ("tabulated_force", "surface_shape", "stiffness_map")
 
 
 def searched(name):
@@ -215,7 +216,7 @@ FAMILIES = """
 dry_friction coulomb_friction asymmetric_friction static_friction stribeck_friction presliding_friction
 dry_friction probe_slip load_dependent_friction smooth_coulomb_friction dahl_friction elastoplastic_play
 viscous viscous_friction asymmetric_viscous_friction quadratic_drag
-contact_stiffness nonlinear_stiffness contact_gap stiffness_drift power_law_stiffness
+contact_stiffness nonlinear_stiffness contact_gap stiffness_drift power_law_stiffness stiffness_map
 contact_stiffness stiffness_step
 contact_stiffness normal_nonlinear_stiffness normal_stiffness_drift
 contact_loss hunt_crossley_damping viscoelastic_relaxation hardening_relaxation hysteresis

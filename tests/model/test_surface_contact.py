@@ -7,8 +7,8 @@ import pytest
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model import surface_contact
-from mmt_drake.model.height_map import FIRST, HeightMap, nodes_under, under
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.place_table import FIRST, PlaceTable, nodes_under, under
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import parse_model
 from mmt_drake.recording import Recording
@@ -22,7 +22,7 @@ def sloped(angle, about="x"):
     """A plane that rises along x or y, as a map."""
     rise, at = math.tan(angle), (-0.2, -0.1, 0.0, 0.1, 0.2)
     x, y = np.meshgrid(at, at)
-    return HeightMap(at, at, tuple((rise * (x if about == "x" else y)).ravel().tolist()))
+    return PlaceTable(at, at, tuple((rise * (x if about == "x" else y)).ravel().tolist()))
 
 
 def force_on(model, position):
@@ -51,7 +51,7 @@ def test_above_the_surface_there_is_no_force():
 
 @pytest.mark.parametrize("angle", [0.2, -0.5])
 def test_a_slope_turns_the_force_by_its_angle(angle):
-    model = SurfaceContact(k=400.0).with_surface(sloped(angle))
+    model = SurfaceContact(k=400.0, surface=sloped(angle))
     force = force_on(model, path(x=0.02, z=0.02 * math.tan(angle) - 0.004))
     load = 400.0 * 0.004 * math.cos(angle)
     np.testing.assert_allclose(force[-1], load * np.array([-math.sin(angle), 0.0, math.cos(angle)]), rtol=1e-9)
@@ -71,16 +71,26 @@ def test_below_that_it_sticks_as_stiffly_as_it_presses():
 
 
 def test_friction_on_a_slope_is_across_its_normal():
-    model = SurfaceContact(k=400.0, mu=0.2).with_surface(sloped(0.3))
+    model = SurfaceContact(k=400.0, mu=0.2, surface=sloped(0.3))
     x = 0.03 * TIME
     force = force_on(model, path(x=x, z=x * math.tan(0.3) - 0.005))[-1]
     n, along = np.array([-math.sin(0.3), 0.0, math.cos(0.3)]), np.array([math.cos(0.3), 0.0, math.sin(0.3)])
     assert force @ along == pytest.approx(-0.2 * force @ n, rel=1e-3)
 
 
+def test_where_k_is_told_over_places_it_is_that_of_the_place_along_the_normal_and_across():
+    at = (-0.1, -0.05, 0.0, 0.05, 0.1)
+    k = PlaceTable(at, at, tuple(400.0 + 2000.0 * x for _ in at for x in at))
+    to_and_fro = path(x=0.02 + 1e-4 * np.sin(4.0 * TIME), z=-0.004)
+    force = force_on(SurfaceContact(k=50.0, mu=0.3, stiffness=k), to_and_fro)
+    here = 400.0 + 2000.0 * to_and_fro[:, 0]
+    np.testing.assert_allclose(force[:, 2], 0.004 * here, rtol=1e-12)
+    np.testing.assert_allclose(force[:, 0], -here * (to_and_fro[:, 0] - 0.02), atol=1e-9)
+
+
 def test_no_cycle_gives_energy_back():
     turn = 2.0 * np.pi * TIME
-    model = SurfaceContact(k=400.0, mu=0.3).with_surface(sloped(0.2, "y"))
+    model = SurfaceContact(k=400.0, mu=0.3, surface=sloped(0.2, "y"))
     circle = path(x=0.01 * np.cos(turn), y=0.01 * np.sin(turn), z=-0.006 + 0.001 * np.sin(2.0 * turn))
     work = -np.sum(force_on(model, circle)[1000:] * np.gradient(circle, axis=0)[1000:])
     assert work > 0.0
@@ -102,7 +112,7 @@ def test_drake_and_the_compiled_loop_give_the_same_force():
     at = {"position_x": 0.01 * np.sin(5.0 * TIME), "position_y": 0.004 * TIME, "position_z": 0.002 * np.sin(7.0 * TIME)}
     rates = {name.replace("position", "velocity"): np.gradient(values, TIME) for name, values in at.items()}
     recording = Recording(TIME, {**at, **rates}, "test")
-    model = SurfaceContact(k=400.0, b=5.0, mu=0.3).with_surface(sloped(0.2))
+    model = SurfaceContact(k=400.0, b=5.0, mu=0.3, surface=sloped(0.2))
     one, other = replay(model, recording), replayed(model, recording)
     assert one.keys() == other.keys() == {"force_x", "force_y", "force_z"}
     for name, values in one.items():
@@ -112,7 +122,7 @@ def test_drake_and_the_compiled_loop_give_the_same_force():
 def test_a_map_is_smooth_through_its_heights_and_level_beyond():
     x, y = (0.0, 0.01, 0.02, 0.03), (-0.01, 0.0, 0.01)
     heights = tuple(np.random.default_rng(0).normal(0.0, 1e-3, 12).tolist())
-    packed = HeightMap(x, y, heights).packed()
+    packed = PlaceTable(x, y, heights).packed()
     assert under(packed, 0.02, 0.0).h == pytest.approx(heights[6], abs=1e-15)
     assert under(packed, 0.5, -0.01) == (pytest.approx(heights[3]), 0.0, 0.0) or under(packed, 0.5, -0.01).hx == 0.0
     a, b = under(packed, 0.0137, 0.0041), under(packed, 0.0137 + 1e-7, 0.0041)
@@ -122,7 +132,7 @@ def test_a_map_is_smooth_through_its_heights_and_level_beyond():
 def test_what_each_height_does_is_the_derivative_of_the_map():
     x, y = (0.0, 0.01, 0.02, 0.03), (-0.01, 0.0, 0.01)
     heights = np.random.default_rng(1).normal(0.0, 1e-3, 12)
-    packed = HeightMap(x, y, tuple(heights.tolist())).packed()
+    packed = PlaceTable(x, y, tuple(heights.tolist())).packed()
     places = np.random.default_rng(2).uniform(-0.012, 0.035, (20, 2))
     node, value, slope_x, slope_y = (np.empty((20, 16)) for _ in range(4))
     nodes_under(packed, places[:, 0].copy(), places[:, 1].copy(), node, value, slope_x, slope_y)
@@ -140,10 +150,7 @@ def test_what_each_height_does_is_the_derivative_of_the_map():
             "surface_shape.x: found 3 places, expected two places or more",
         ),
         ({"x": [0], "y": [0, 1], "height": [0] * 2}, "surface_shape.x: found 1 places"),
-        (
-            {"x": [0, 1], "y": [0, 1], "height": [0] * 3},
-            "surface_shape.height: found 3 heights, expected 4, a row of 2",
-        ),
+        ({"x": [0, 1], "y": [0, 1], "height": [0] * 3}, "surface_shape.height: found 3 values, expected 4, a row of 2"),
         ({"x": [0, 1], "y": [0, 1], "height": [0] * 4, "deviation": [-1] * 4}, "deviation: found 4 deviations from -1"),
     ],
 )

@@ -8,7 +8,7 @@ from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, sifted
 from mmt_drake.diagnosis.fit.left_out import by_chance
 from mmt_drake.diagnosis.fit.places import Explained, Scan
 from mmt_drake.diagnosis.fit.problem import Fitted
-from mmt_drake.diagnosis.fit.surface_fit import SHAPE
+from mmt_drake.diagnosis.fit.surface_fit import LEARNED
 from mmt_drake.diagnosis.fit.validate import vanishing
 
 
@@ -29,7 +29,7 @@ def believed_of(scan: Scan, explained: Sequence[Explained], fits: Sequence[Fitte
     in_place = [by_chance(scan.cell[seen], one.by_place, first.by_place, noise) for one in explained]
     chances = [max(t, p) for t, p in zip(in_time, in_place, strict=True)]
     costs = [one.unseen_cost for one in explained]
-    unsaid = {f.hypothesis.key: vanishing(scan.surface.problem, f) - {SHAPE} for f in fits}
+    unsaid = {f.hypothesis.key: vanishing(scan.surface.problem, f) - set(LEARNED) for f in fits}
     standing, members, _ = sifted(fits, costs, chances, unsaid, 2.0 * noise * len(first.by_time))
     return ConfidenceSet(
         tuple(fits[i] for i in members),

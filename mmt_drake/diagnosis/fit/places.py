@@ -11,7 +11,7 @@ from scipy import sparse
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import BLOCK_S, Fitted, Problem, share
-from mmt_drake.diagnosis.fit.surface_fit import SHAPE, LearnedSurface, Numbers, SurfaceFit
+from mmt_drake.diagnosis.fit.surface_fit import LearnedSurface, Numbers, SurfaceFit, Tables, learned_by
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.numeric.arrays import Array
 
@@ -98,14 +98,14 @@ class Scan:
         ]
         return replace(self, surface=surface), scaled
 
-    def explained(self, hypothesis: Hypothesis, x: Array, heights: Array) -> Explained:
+    def explained(self, hypothesis: Hypothesis, x: Array, tables: Tables) -> Explained:
         """A set of effects, fitted and held against what it has not seen.
 
         Args:
             hypothesis: with the effects.
-            x, heights: where the fit begins, see `SurfaceFit.fit`.
+            x, tables: where the fit begins, see `SurfaceFit.fit`.
         """
-        found = self.surface.fit(hypothesis, x, heights, ~self.surface.heldout)
+        found = self.surface.fit(hypothesis, x, tables, ~self.surface.heldout)
         turns = np.random.default_rng(0).permutation(int(self.cell.max()) + 1) % FOLDS
         by_time, by_place = (
             self._without(hypothesis, found, turn) for turn in (self.stretch % FOLDS, turns[self.cell])
@@ -119,34 +119,38 @@ class Scan:
         for number in np.unique(turn[seen]):
             own = turn == number
             if (seen & ~own).any():
-                other = surface.fit(hypothesis, found.x, found.heights, seen & ~own, steps=_STEPS)
+                other = surface.fit(hypothesis, found.x, found.tables, seen & ~own, steps=_STEPS)
                 result[own] = other.residual[own]
         return result[seen]
 
     def fitted(self, explained: Explained) -> Fitted:
-        """The fit, on all samples: of its numbers the derivatives that are left once the surface has followed them."""
+        """The fit, on all samples: of its numbers the derivatives that are left once what is learned has followed."""
         hypothesis, found = explained.hypothesis, explained.found
         full = replace(self.surface, most_rows=math.inf)
-        told = full.shaped(hypothesis, found.x, found.heights)
+        told = full.with_tables(hypothesis, found.x, found.tables)
         own = full.problem.at(told, found.x)
-        if SHAPE not in hypothesis.key:
+        learned = learned_by(hypothesis)
+        if not learned:
             return own
         seen = ~full.heldout
-        bent = full.derivatives(full.model(hypothesis, found.x, found.heights))[seen]
+        bent = full.derivatives(full.model_of(hypothesis, found), learned)[seen]
         weight = np.sqrt([share(t.smoothed) for t, rows in full.track_rows for _ in rows])[seen]
         bent = sparse.csr_matrix(sparse.diags(weight) @ bent)
         count = bent.shape[0]
         known = (bent.T @ bent + full.smoothness(bent)).toarray()
-        inverse = np.linalg.inv(known + 1e-9 * np.trace(known) / len(known) * np.eye(len(known)))
+        size = np.sqrt(np.maximum(np.diag(known), 1e-300))  # heights and stiffness are of different units
+        scaled = known / np.outer(size, size) + 1e-9 * np.eye(len(known))
+        inverse = np.linalg.inv(scaled) / np.outer(size, size)
         jacobian, residual = own.minimum.jacobian.copy(), own.minimum.residual
         jacobian[:count] -= bent @ (inverse @ (bent.T @ jacobian[:count]))
-        deviation = _deviations(bent, inverse, residual[:count], Scan.of(full).block[seen])
-        told = full.shaped(hypothesis, found.x, found.heights, deviation)
+        known_to = _deviations(bent, inverse, residual[:count], Scan.of(full).block[seen])
+        deviations = dict(zip(learned, np.split(known_to, len(learned)), strict=True))
+        told = full.with_tables(hypothesis, found.x, found.tables, deviations)
         return Fitted(told, replace(own.minimum, jacobian=jacobian))
 
 
 def _deviations(bent: sparse.csr_matrix, inverse: Array, residual: Array, block: Numbers) -> Array:
-    """(m,) of the heights [m]: what their scatter over blocks is, or what residuals without a memory would make it.
+    """(m,) of what is learned: what their scatter over blocks is, or what residuals without a memory would make it.
 
     The greater of the two: the first sees that residuals depend on each other, the second that some say nothing.
     """

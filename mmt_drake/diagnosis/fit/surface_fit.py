@@ -1,15 +1,16 @@
 """The fit of a surface that nobody recorded: all its heights together with the numbers of the contact on it.
 
-Gauss-Newton with the damping of Levenberg and Marquardt. Heights act on the force through few neighbours each, so their
-derivatives are sparse and written down: N and n follow the surface, and friction follows N where the tip slips; what it
-does to the way of a tip that sticks is left out, which costs steps and no accuracy. How smooth the surface is taken to
-be stands beside the residual as the integral of its squared second derivatives (a thin plate: Duchon 1977).
+Gauss-Newton with the damping of Levenberg and Marquardt. Heights, and stiffness over places where that is learned, act
+on the force through few neighbours each, so their derivatives are sparse and written down: N and n follow the surface,
+and friction follows N where the tip slips; what it does to the way of a tip that sticks is left out, which costs steps
+and no accuracy. How smooth a table is taken to be stands beside the residual as the integral of its
+squared second derivatives (a thin plate: Duchon 1977).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -24,15 +25,19 @@ from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.diagnosis.fit.surface_track import contact_over, tip_over
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-from mmt_drake.effects import surface_shape, tool_offset
+from mmt_drake.effects import stiffness_map, surface_shape, tool_offset
 from mmt_drake.errors import attempt
-from mmt_drake.model.height_map import FIRST, HeightMap, nodes_under
+from mmt_drake.model.place_table import FIRST, PlaceTable, nodes_under
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.motion.hand import Place
 from mmt_drake.numeric.arrays import Array, Flags
 
 Numbers = NDArray[np.intp]
-SHAPE, TOOL = surface_shape.EFFECT.name, tool_offset.EFFECT.name
+SHAPE, STIFFNESS, TOOL = (module.EFFECT.name for module in (surface_shape, stiffness_map, tool_offset))
+LEARNED = {SHAPE: "height", STIFFNESS: "stiffness"}
+"""Effects whose numbers are a table over places -> the parameter that is the table."""
+Tables = Mapping[str, Array]
+"""Effect of `LEARNED` -> (m,) its values over the grid."""
 _NODES = 300
 """Heights of a map, about so many: an organ under a probe has no more to it than forces show."""
 _MOST_ROWS = 6000.0
@@ -45,13 +50,13 @@ class LearnedSurface(NamedTuple):
 
     Attributes:
         x: (k,) numbers of the hypothesis.
-        heights: (m,) of the map [m]; as begun where the surface is level.
+        tables: of what was learned; what was not is as begun.
         residual: (n,) of all rows, over the noise.
         cost: of the rows that were fitted, and what smoothness costs.
     """
 
     x: Array
-    heights: Array
+    tables: Tables
     residual: Array
     cost: float
 
@@ -134,7 +139,7 @@ class SurfaceFit:
         x, y = (tuple(float(v) + float(o) for v in at) for at, o in zip(self.grid, off, strict=True))
         return x, y
 
-    def _under(self, surface: HeightMap, tips: Array) -> tuple[sparse.csr_matrix, ...]:
+    def _under(self, surface: PlaceTable, tips: Array) -> tuple[sparse.csr_matrix, ...]:
         """(n, m) each: height and slopes along x and y under tips (n, 3), of the heights."""
         packed = surface.packed()
         node, *parts = (np.empty((len(tips), 16)) for _ in range(4))
@@ -153,36 +158,38 @@ class SurfaceFit:
         parts = (sparse.kron(iy, bx) / dx**2, sparse.kron(by, ix) / dy**2, sparse.kron(ey, ex) * (2.0**0.5 / (dx * dy)))
         return (own * sparse.vstack(parts)).tocsr()
 
-    def shaped(
-        self, hypothesis: Hypothesis, numbers: Array, heights: Array, deviation: Array | None = None
+    def with_tables(
+        self, hypothesis: Hypothesis, numbers: Array, tables: Tables, deviations: Tables | None = None
     ) -> Hypothesis:
-        """The hypothesis with a surface of these heights, where it has a surface that is not level.
+        """The hypothesis with what it has learned over places.
 
         Args:
             hypothesis: of which.
             numbers: (k,) of it.
-            heights, deviation: (m,) [m].
+            tables: of what its effects learn, and perhaps of more.
+            deviations: of these; 0 unless said.
         """
-        if SHAPE not in hypothesis.key:
+        learned = learned_by(hypothesis)
+        if not learned:
             return hypothesis
         tool = hypothesis.effect_values(numbers).get(TOOL, {})
         x, y = self._moved_grid((tool.get("x", 0.0), tool.get("y", 0.0), tool.get("z", 0.0)))
-        known = np.zeros(len(heights)) if deviation is None else deviation
-        held: Mapping[str, Any] = {
-            **{"x": list(x), "y": list(y)},
-            **{"height": heights.tolist(), "deviation": known.tolist()},
-        }
-        return replace(hypothesis, held={**hypothesis.held, SHAPE: held})
+        held: dict[str, Mapping[str, Any]] = {}
+        for name in learned:
+            known = np.zeros(len(tables[name])) if deviations is None else deviations[name]
+            own = {LEARNED[name]: tables[name].tolist(), "deviation": known.tolist()}
+            held[name] = {"x": list(x), "y": list(y), **own}
+        return replace(hypothesis, held={**hypothesis.held, **held})
 
-    def model(self, hypothesis: Hypothesis, x: Array, heights: Array) -> SurfaceContact:
-        """The model with these numbers and heights."""
-        model = self.shaped(hypothesis, x, heights).model(x)
+    def model(self, hypothesis: Hypothesis, x: Array, tables: Tables) -> SurfaceContact:
+        """The model with these numbers and tables."""
+        model = self.with_tables(hypothesis, x, tables).model(x)
         assert isinstance(model, SurfaceContact)  # nothing else has a surface
         return model
 
     def model_of(self, hypothesis: Hypothesis, found: LearnedSurface) -> SurfaceContact:
         """The model that was found."""
-        return self.model(hypothesis, found.x, found.heights)
+        return self.model(hypothesis, found.x, found.tables)
 
     def residual(self, model: SurfaceContact, skew: float = 0.0) -> Array:
         """(n,) measured less simulated of all rows, over the noise; in the order of `heldout`."""
@@ -190,75 +197,95 @@ class SurfaceFit:
             [(t.measured - t.simulated(model, skew, 1.0))[rows] / t.floor for t, rows in self.track_rows]
         )
 
-    def derivatives(self, model: SurfaceContact) -> sparse.csr_matrix:
-        """(n, m) of the residual after the heights."""
-        surface = model.surface
-        assert surface is not None  # it is learned
-        found, heights = [], np.asarray(surface.height)
+    def derivatives(self, model: SurfaceContact, learned: Sequence[str]) -> sparse.csr_matrix:
+        """(n, m) of the residual after the values of tables, one after the other, that the model has."""
+        found = []
         for tracks, rows in zip(self.problem.by_recording(), self.rows, strict=True):
-            tips, rates = tip_over(tracks[0].smoothed, model.additions.tool)
-            h, hx, hy = self._under(surface, tips[rows])
+            own = self._derivatives_of(tracks, rows, model)
+            found += [sparse.hstack([after[name] for name in learned]) for after in own]
+        return sparse.vstack(found).tocsr()
+
+    def _derivatives_of(
+        self, tracks: Sequence[Track], rows: Numbers, model: SurfaceContact
+    ) -> Iterator[dict[str, sparse.csr_matrix]]:
+        """Of each axis of a recording: effect -> (n, m) derivatives after its values."""
+        dial = sparse.diags
+        all_tips, all_rates = tip_over(tracks[0].smoothed, model.additions.tool)
+        tips, rate = all_tips[rows], all_rates[rows]
+        force, load, depth, _ = np.split(contact_over(tracks[0].smoothed, model)[rows], [3, 4, 5], axis=1)
+        load, depth, touches = load[:, 0], depth[:, 0], depth[:, 0] > 0.0
+        k = np.full(len(rows), model.k)
+        if model.stiffness is not None:
+            stiffness = self._under(model.stiffness, tips)[0]
+            k = stiffness @ np.asarray(model.stiffness.value)
+        if model.surface is not None:
+            h, hx, hy = self._under(model.surface, tips)
+            heights = np.asarray(model.surface.value)
             sx, sy = hx @ heights, hy @ heights
-            steep = np.sqrt(1.0 + sx**2 + sy**2)
-            n = np.column_stack([-sx, -sy, np.ones_like(sx)]) / steep[:, np.newaxis]
-            force, load, depth, _ = np.split(contact_over(tracks[0].smoothed, model)[rows], [3, 4, 5], axis=1)
-            load, touches = load[:, 0], depth[:, 0] > 0.0
-            across = force - load[:, np.newaxis] * n
-            # Friction goes with the load where it is all that friction can be; d(depth) is dh / steep - depth (...).
-            slips = np.linalg.norm(across, axis=1) >= 0.999 * (model.mu * load + model.Fc)
-            push = n + (across / np.maximum(load, 1e-9)[:, np.newaxis]) * (slips & (model.mu > 0.0))[:, np.newaxis]
-            dial = sparse.diags
+        else:
+            sx, sy = np.zeros((2, len(rows)))
+        steep = np.sqrt(1.0 + sx**2 + sy**2)
+        n = np.column_stack([-sx, -sy, np.ones_like(sx)]) / steep[:, np.newaxis]
+        across = force - load[:, np.newaxis] * n
+        # Friction goes with the load where it is all that friction can be; d(depth) is dh / steep - depth (...).
+        slips = np.linalg.norm(across, axis=1) >= 0.999 * (model.mu * load + model.Fc)
+        push = n + (across / np.maximum(load, 1e-9)[:, np.newaxis]) * (slips & (model.mu > 0.0))[:, np.newaxis]
+        if model.surface is not None:
             turns = dial(sx / steep**2) @ hx + dial(sy / steep**2) @ hy
-            rate = rates[rows]
             press = dial(rate[:, 0] / steep) @ hx + dial(rate[:, 1] / steep) @ hy + dial((n * rate).sum(axis=1)) @ turns
-            loads = dial(model.k * touches / steep) @ h - dial(model.k * depth[:, 0]) @ turns
-            loads = loads + dial(model.b * touches) @ press
-            for i, track in enumerate(tracks):
+            loads = dial(k * touches / steep) @ h - dial(k * depth) @ turns + dial(model.b * touches) @ press
+        for i, track in enumerate(tracks):
+            after = {}
+            if model.surface is not None:
                 direction = -(dial(n[:, i]) @ turns)
                 if i < 2:
                     direction = direction - dial(1.0 / steep) @ (hx, hy)[i]
-                own_part = dial(push[:, i]) @ loads + dial(load * touches) @ direction
-                found.append(own_part * (-1.0 / track.floor))
-        return sparse.vstack(found).tocsr()
+                after[SHAPE] = (dial(push[:, i]) @ loads + dial(load * touches) @ direction) * (-1.0 / track.floor)
+            if model.stiffness is not None:
+                after[STIFFNESS] = dial(push[:, i] * depth * (-1.0 / track.floor)) @ stiffness
+            yield after
 
     def smoothness(self, bent: sparse.csr_matrix) -> sparse.csc_matrix:
-        """(m, m) what a surface costs that is bent, beside residuals with these derivatives after the heights."""
-        ratio = float(bent.multiply(bent).sum()) / float(self._bending.multiply(self._bending).sum())
-        return (self.stiff * ratio * (self._bending.T @ self._bending)).tocsc()
+        """(m, m) what tables cost that are bent, beside residuals with these derivatives after their values."""
+        bending = self._bending.T @ self._bending
+        whole, size = float(self._bending.multiply(self._bending).sum()), self._bending.shape[1]
+        tables = [bent[:, first : first + size] for first in range(0, bent.shape[1], size)]
+        costs = [self.stiff * float(own.multiply(own).sum()) / whole * bending for own in tables]
+        return sparse.block_diag(costs, format="csc")
 
     def fit(
-        self, hypothesis: Hypothesis, x: Array, heights: Array, chosen: Flags, *, steps: int = 30
+        self, hypothesis: Hypothesis, x: Array, tables: Tables, chosen: Flags, *, steps: int = 30
     ) -> LearnedSurface:
-        """All numbers and heights, to some of the rows.
+        """All numbers and tables, to some of the rows.
 
         Args:
-            hypothesis: with `surface_shape` among its effects, or without it.
+            hypothesis: some of its effects may be learned.
             x: (k,) where its numbers begin.
-            heights: (m,) where the surface begins; not used without it.
+            tables: where what is learned begins.
             chosen: (n,) residuals that are fitted.
             steps: at most.
         """
-        shaped = SHAPE in hypothesis.key
+        learned = learned_by(hypothesis)
+        values = np.concatenate([tables[name] for name in learned]) if learned else np.zeros(0)
         low, high, scale = hypothesis.limits(x)
         scale = np.where(scale > 0.0, scale, 1.0)
-        size = len(heights) if shaped else 0
-        smooth = None
-        r = self.residual(self.model(hypothesis, x, heights), hypothesis.skew_of(x))
+        size, smooth = len(values), None
+        r = self.residual(self.model(hypothesis, x, tables), hypothesis.skew_of(x))
         damping, cost = 1e-4, np.inf
         for _ in range(steps):
-            model = self.model(hypothesis, x, heights)
-            columns = [self._moved(hypothesis, x, heights, r, i, scale[i], high[i])[chosen] for i in range(len(x))]
+            tables = _apart(values, learned, tables)
+            columns = [self._moved(hypothesis, x, tables, r, i, scale[i], high[i])[chosen] for i in range(len(x))]
             numbers = np.column_stack([*columns, np.zeros((int(chosen.sum()), 0))])
-            if shaped:
-                bent = self.derivatives(model)[chosen]
+            if learned:
+                bent = self.derivatives(self.model(hypothesis, x, tables), learned)[chosen]
                 if smooth is None:
                     smooth = self.smoothness(bent)
-                    cost = float(r[chosen] @ r[chosen] + heights @ (smooth @ heights))
+                    cost = float(r[chosen] @ r[chosen] + values @ (smooth @ values))
                 mixed = sparse.csr_matrix(bent.T @ numbers)
                 normal = sparse.bmat(
                     [[bent.T @ bent + smooth, mixed], [mixed.T, sparse.csr_matrix(numbers.T @ numbers)]], format="csc"
                 )
-                slope = np.concatenate([bent.T @ r[chosen] + smooth @ heights, numbers.T @ r[chosen]])
+                slope = np.concatenate([bent.T @ r[chosen] + smooth @ values, numbers.T @ r[chosen]])
             else:
                 normal, slope = sparse.csc_matrix(numbers.T @ numbers), numbers.T @ r[chosen]
                 cost = min(cost, float(r[chosen] @ r[chosen]))
@@ -270,8 +297,8 @@ class SurfaceFit:
             while better is None and damping < 1e6:
                 step[free] = -splu((normal + damping * sparse.diags(own)).tocsc()).solve(slope)
                 moved = np.clip(x + scale * np.clip(step[size:], -_LONGEST, _LONGEST), low, high)
-                raised = heights + step[:size] if shaped else heights
-                trial = self._attempt(hypothesis, moved, raised)
+                raised = values + step[:size]
+                trial = self._attempt(hypothesis, moved, _apart(raised, learned, tables))
                 if trial is not None:
                     found = float(trial[chosen] @ trial[chosen])
                     found += float(raised @ (smooth @ raised)) if smooth is not None else 0.0
@@ -281,25 +308,36 @@ class SurfaceFit:
             if better is None:
                 break
             done = cost - better[3] < _CONVERGED * cost
-            x, heights, r, cost = better
+            x, values, r, cost = better
             damping = max(damping / 10.0, 1e-8)
             if done:
                 break
-        return LearnedSurface(x, heights, r, cost)
+        return LearnedSurface(x, _apart(values, learned, tables), r, cost)
 
-    def _attempt(self, hypothesis: Hypothesis, x: Array, heights: Array) -> Array | None:
-        r = attempt(lambda: self.residual(self.model(hypothesis, x, heights), hypothesis.skew_of(x)))
+    def _attempt(self, hypothesis: Hypothesis, x: Array, tables: Tables) -> Array | None:
+        r = attempt(lambda: self.residual(self.model(hypothesis, x, tables), hypothesis.skew_of(x)))
         return r if r is not None and np.isfinite(r @ r) else None
 
     def _moved(
-        self, hypothesis: Hypothesis, x: Array, heights: Array, r: Array, i: int, scale: float, high: float
+        self, hypothesis: Hypothesis, x: Array, tables: Tables, r: Array, i: int, scale: float, high: float
     ) -> Array:
         """Derivative of the residual after a number over its scale."""
         step = _DIFFERENCE * scale if x[i] + _DIFFERENCE * scale <= high else -_DIFFERENCE * scale
         other = x.copy()
         other[i] += step
-        moved = self._attempt(hypothesis, other, heights)
+        moved = self._attempt(hypothesis, other, tables)
         return np.zeros_like(r) if moved is None else (moved - r) * (scale / step)
+
+
+def learned_by(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Those of its effects that are tables over places."""
+    return tuple(name for name in LEARNED if name in hypothesis.key)
+
+
+def _apart(values: Array, learned: Sequence[str], tables: Tables) -> Tables:
+    """Tables whose values one after the other are these, beside others as they were."""
+    parts = np.split(values, len(learned)) if learned else []
+    return {**tables, **dict(zip(learned, parts, strict=True))}
 
 
 def _differences(n: int) -> tuple[sparse.csr_matrix, sparse.csr_matrix, sparse.csr_matrix]:

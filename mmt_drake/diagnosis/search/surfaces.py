@@ -11,7 +11,7 @@ from mmt_drake.diagnosis.fit.box_tracks import NORMAL_COLUMN
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.places import Explained, Scan
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.fit.surface_fit import SHAPE, TOOL, SurfaceFit
+from mmt_drake.diagnosis.fit.surface_fit import SHAPE, STIFFNESS, TOOL, SurfaceFit, Tables
 from mmt_drake.diagnosis.search.watch import NOTHING, Watch
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
@@ -25,7 +25,7 @@ RUBBING = ("probe_slip", "coulomb_friction", "viscous_friction")
 TURNED = "frame_misalignment"
 STIFF = (0.03, 0.3, 3.0)
 """How smooth a surface may be held, see `SurfaceFit`: the one that predicts unseen places and times best."""
-WITHIN = ("viscoelastic_relaxation", "hunt_crossley_damping", "nonlinear_stiffness")
+WITHIN = (STIFFNESS, "viscoelastic_relaxation", "hunt_crossley_damping", "nonlinear_stiffness")
 """What may act within the contact, one of these beside the best of all that."""
 _TURNS = math.radians(1.0)
 """RMS of a hand's turning about its mean from which on an offset of its tool may be told."""
@@ -67,19 +67,24 @@ class SurfaceSearch:
         sets += [(TURNED, *rubs) for rubs in dict.fromkeys((rubbing[0], ()))] if TURNED in known else []
         begun = [self._begun(names, known) for names in sets]
         self.watch.begin(MISSING)
-        found = self._tried(scan, [(*start, self._level(scan.surface, start[0])) for start in begun])
+        found = self._tried(scan, [(*start, self._level(scan.surface)) for start in begun])
         if TOOL in known:
             # From where they ended: far off the surface that the tip seems to have touched is another one.
             self.watch.begin(OFFSET)
             aligned = [one for one in found if TURNED not in one.hypothesis.key]
             found += self._tried(scan, [self._beside(scan, one, known[TOOL]) for one in aligned])
-        best = min(found, key=lambda e: e.unseen_cost, default=None)
+        best = min(found, key=_unseen_cost, default=None)
         if best is not None and _left(scan, best) > _MORE:
             self.watch.begin(ONE_MORE)
-            found += self._tried(scan, [self._beside(scan, best, known[name]) for name in WITHIN if name in known])
+            more = [self._beside(scan, best, known[name]) for name in WITHIN if name in known]
+            level = [one for one in found if SHAPE not in one.hypothesis.key]
+            if STIFFNESS in known and best not in level:
+                # What seems to be high may be stiff, and nothing else.
+                more.append(self._beside(scan, min(level, key=_unseen_cost), known[STIFFNESS]))
+            found += self._tried(scan, more)
         return scan, found
 
-    def _tried(self, scan: Scan, starts: Sequence[tuple[Hypothesis, Array, Array]]) -> list[Explained]:
+    def _tried(self, scan: Scan, starts: Sequence[tuple[Hypothesis, Array, Tables]]) -> list[Explained]:
         """Sets of effects, as long as there is time, without those that cannot be simulated."""
         found: list[Explained] = []
         names = [hypothesis.label or NOTHING for hypothesis, *_ in starts]
@@ -96,7 +101,7 @@ class SurfaceSearch:
                 break
         return found
 
-    def _beside(self, scan: Scan, best: Explained, effect: Effect) -> tuple[Hypothesis, Array, Array]:
+    def _beside(self, scan: Scan, best: Explained, effect: Effect) -> tuple[Hypothesis, Array, Tables]:
         """One more effect of the contact beside the best set, begun where that ended and slight."""
         hypothesis, found = best.hypothesis, best.found
         values = hypothesis.effect_values(found.x)
@@ -107,7 +112,10 @@ class SurfaceSearch:
         values[effect.name] = {p.symbol: first[p.symbol] for p in effect.parameters if p.symbol in first}
         added = hypothesis.adding(effect)
         x = added.vector(hypothesis.structure_values(found.x), values, hypothesis.skew_of(found.x))
-        return added, x, found.heights
+        tables = found.tables
+        if effect.name == STIFFNESS:
+            tables = {**tables, STIFFNESS: np.full(len(tables[STIFFNESS]), k)}
+        return added, x, tables
 
     def _turns(self) -> bool:
         """Whether the hand was recorded and turns, in every recording."""
@@ -126,7 +134,7 @@ class SurfaceSearch:
 
         def cost(scan: Scan) -> float:
             hypothesis, x = self._begun(names, known)
-            found = scan.explained(hypothesis, x, self._level(scan.surface, hypothesis))
+            found = scan.explained(hypothesis, x, self._level(scan.surface))
             costs = [found.unseen_cost]
             if TOOL in known:
                 costs.append(scan.explained(*self._beside(scan, found, known[TOOL])).unseen_cost)
@@ -157,12 +165,17 @@ class SurfaceSearch:
             structure = {s: nominal.parameter(s) for s in structure}
         return hypothesis, hypothesis.vector(structure, values)
 
-    def _level(self, surface: SurfaceFit, hypothesis: Hypothesis) -> Array:
-        """(m,) heights of a level surface [m]: on average the tip presses into it by what its load asks for."""
+    def _level(self, surface: SurfaceFit) -> Tables:
+        """A level surface of even stiffness: on average the tip presses into it by what its load asks for."""
         x, y = surface.grid
-        depth = self._load() / max(hypothesis.nominal.value("k2"), 1e-9)
+        k = max(self.base.hypothesis.nominal.value("k2"), 1e-9)
         tip = float(np.mean([np.mean(s.input[:, NORMAL_COLUMN]) for s in surface.recordings]))
-        return np.full(len(x) * len(y), tip + depth)
+        begun = {SHAPE: tip + self._load() / k, STIFFNESS: k}
+        return {name: np.full(len(x) * len(y), value) for name, value in begun.items()}
+
+
+def _unseen_cost(explained: Explained) -> float:
+    return explained.unseen_cost
 
 
 def _left(scan: Scan, explained: Explained) -> float:
