@@ -4,6 +4,7 @@ examples:
   mmt-drake trial
   mmt-drake trial --seed 7 --per-effect 8 --out out/trial
   mmt-drake trial --plant foreign --remainder 0.2
+  mmt-drake trial --plant palpation
   mmt-drake trial --effects my_effect.py
   mmt-drake trial --arms --per-effect 2 --jobs 2
   mmt-drake trial --real recordings --only emps --only carter_pendulum --time-budget 60
@@ -61,8 +62,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "by another integrator and stick rule. What that does not have is drawn on the own plant alone: friction that "
     )
     text += "differs by direction, a rough patch, ageing, heating, running in, stiffening under load, a loose mass, a "
-    text += "vibrating table, driven bodies and materials"
-    parser.add_argument("--plant", choices=("own", "foreign"), default="own", help=text)
+    text += "vibrating table, driven bodies and materials; palpation, a tip on surfaces that nobody recorded"
+    parser.add_argument("--plant", choices=("own", "foreign", "palpation"), default="own", help=text)
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
     text = "conceal effects of robot arms, simulated by MuJoCo (default remainder then 0.2)"
     parser.add_argument("--arms", action="store_true", help=text)

@@ -8,7 +8,8 @@ negative in contact. With the tip's velocity v and its part u across n, in conta
     |T| <= mu max(N, 0) + Fc                        and where that is reached the anchor is carried along, along T
     F  = N n - T - c u                              on the tip
 
-Across n the contact is as stiff as along it. Where there is no friction the tip glides freely. The frame of forces may
+Across n the contact is `across` times as stiff as along it, k and b there standing for that (Mindlin 1949: 0.67 to 1
+for a sphere). Where there is no friction the tip glides freely. The frame of forces may
 be turned against that of positions (`mmt_drake.model.turned`). Where the tip is not where it was recorded, who drives
 the contact moves it there (`Additions.tool`).
 """
@@ -34,7 +35,7 @@ from mmt_drake.quantities import Damping, Level, Quantity, Stiffness
 
 # Layout of the kernel vector; behind it the rotation, the surface, perhaps the stiffness, and the kernel vector of the
 # spring along n. The step stands where all kernel vectors have it.
-_MU, _FC, _C, _K, _B, _SURFACE, _STIFFNESS, _SPRING = range(8)
+_MU, _FC, _C, _K, _B, _ACROSS, _SURFACE, _STIFFNESS, _SPRING = range(9)
 _TURN = MAX_STEP + 1
 _NOWHERE = (0.0, 0.0, 0.0)
 
@@ -50,6 +51,7 @@ class SurfaceContact(Structure):
         mu: friction of the tip on the surface, in proportion to the load N, >= 0.
         Fc: the same, whatever the load [N], >= 0.
         c: drag of the tip along the surface [N s/m], >= 0.
+        across: stiffness and damping of the contact along the surface, over those along its normal, >= 0.
         surface: heights [m] in the place of a level one.
         stiffness: k [N/m] over places, in the place of one k.
         additions: what effects add.
@@ -64,6 +66,7 @@ class SurfaceContact(Structure):
     mu: Annotated[float, Quantity("1")] = 0.0
     Fc: Level = 0.0
     c: Damping = 0.0
+    across: Annotated[float, Quantity("1")] = 1.0
     surface: PlaceTable | None = field(default=None, metadata={"in_files": False})
     stiffness: PlaceTable | None = field(default=None, metadata={"in_files": False})
 
@@ -74,6 +77,7 @@ class SurfaceContact(Structure):
         **{"height": "height", "surface": "surface", "mu": "mu", "Fc": "Fc", "b": "c"},
     }
     ALWAYS: ClassVar = ("height",)
+    GIVEN: ClassVar = ("across",)
     TAKES: ClassVar = (
         *("probe_slip", "coulomb_friction", "viscous_friction", "surface_shape"),
         *("stiffness_map", "frame_misalignment", "tool_offset", "time_delay"),
@@ -92,7 +96,7 @@ class SurfaceContact(Structure):
         stiffness = () if self.stiffness is None else self.stiffness.packed()
         packed = np.concatenate([surface.packed(), stiffness])
         p = np.zeros(_TURN)
-        p[[_MU, _FC, _C, _K, _B]] = self.mu, self.Fc, self.c, self.k, self.b
+        p[[_MU, _FC, _C, _K, _B, _ACROSS]] = self.mu, self.Fc, self.c, self.k, self.b, self.across
         p[_SURFACE] = _TURN + TURN_SIZE
         p[_SPRING] = p[_SURFACE] + len(packed)
         p[_STIFFNESS] = p[_SPRING] - len(stiffness)
@@ -161,9 +165,10 @@ def advance(state: Array, t: float, motion: Array, p: Array) -> None:
         k = under(p[int(p[_STIFFNESS]) :], at[0], at[1]).h
     normal, u = spring.force_on_probe(own, along) - (k - p[_K]) * s, across(rate, n)
     d = plus(turned(get(state, STRETCH), n), across(moved, n))
-    tangential = plus(times(k, d), times(p[_B], u))
+    along_k, along_b = p[_ACROSS] * k, p[_ACROSS] * p[_B]
+    tangential = plus(times(along_k, d), times(along_b, u))
     share = let_through(p[_MU] * max(normal, 0.0) + p[_FC], length(tangential))
-    put(state, STRETCH, carried(d, Touch(normal, tangential, share), h, k, p[_B]))
+    put(state, STRETCH, carried(d, Touch(normal, tangential, share), h, along_k, along_b))
     force = minus(minus(times(normal, n), times(share, tangential)), times(p[_C], u))
     put(state, FORCE, in_force_frame(p, _TURN, force[0], force[1], force[2]))
     state[TOUCHES], state[ALONG], state[DEPTH], state[SPEED] = 1.0, normal, -s, length(u)

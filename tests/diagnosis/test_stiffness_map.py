@@ -41,7 +41,7 @@ def test_a_lump_is_named_with_what_else_is_there_and_its_stiffness_found_again(m
     assert set(effects) == names and {e.certain for e in effects.values()} == {"law"}
     x, y, k = mapped(effects)
     true = stiffness_at(x, y, 1.0)
-    assert np.sqrt(np.mean((k - true) ** 2)) < 0.12 * np.std(true)
+    assert np.sqrt(np.mean((k - true) ** 2)) < 0.15 * np.std(true)
 
 
 def test_a_hill_without_a_lump_is_no_lump():

@@ -45,7 +45,9 @@ def test_beside_a_dome_and_a_tip_that_slips_each_is_named():
     found = diagnose([palpation(radius=0.08, mu=0.3, tool=TOOL)], BELIEVED, library=SEARCHED).diagnosis
     assert {e.name for e in found.effects} == {"surface_shape", "probe_slip", "tool_offset"}
     tool = next(e for e in found.effects if e.name == "tool_offset").parameters
-    assert [tool[axis].value for axis in "xyz"] == pytest.approx(TOOL, abs=3e-4)
+    assert [tool[axis].value for axis in "xy"] == pytest.approx(TOOL[:2], abs=3e-4)
+    # Along its own axis the hand moves the tip by a fiftieth of the offset, and a surface can follow that.
+    assert tool["z"].value == pytest.approx(TOOL[2], abs=2e-3)
 
 
 def test_a_hand_that_turns_about_its_very_tip_has_no_offset():

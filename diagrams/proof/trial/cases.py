@@ -98,9 +98,10 @@ class Case:
         }
 
     def _block(self, effect: Concealed) -> str:
-        """Where an effect acts: a transmission has no contact, its spring is the drive."""
-        in_drive = self.nominal["structure"] == "transmission" and effect.block == "contact"
-        return "drive" if in_drive else effect.block
+        """Where an effect acts: a transmission has no contact, its spring is the drive; on a surface a tip rubs."""
+        place = self.nominal["structure"], effect.block
+        rubs = effect.name == "probe_slip" and place[0] == "surface_contact"
+        return "drive" if place == ("transmission", "contact") else "friction" if rubs else effect.block
 
     def recording(self) -> Recording:
         """What the session gives."""

@@ -168,6 +168,10 @@ LAWS: Final[dict[str, Hidden]] = {
     "power_drag": Hidden("friction", _set(drag="c")),
     # Of a transmission alone, whose drive train is the plant's contact.
     "gear_play": Hidden("drive", _same("gap")),
+    # Of a tip on a surface alone (`palpation`).
+    "surface_shape": Hidden("geometry"),
+    "stiffness_map": Hidden("contact"),
+    "tool_offset": Hidden("geometry"),
     # Of a material alone, which has no plant.
     "hardening_relaxation": Hidden("contact"),
 }

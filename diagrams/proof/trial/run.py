@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache, partial
-from itertools import cycle
+from itertools import combinations, cycle
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,8 @@ from mmt_drake.diagrams.proof.trial.other_cases import (
     draw_material,
     draw_transmission,
 )
+from mmt_drake.diagrams.proof.trial.palpation import EFFECTS as PALPATED
+from mmt_drake.diagrams.proof.trial.palpation import PALPATION, draw_palpation
 from mmt_drake.diagrams.proof.trial.plants import OWN, PLANTS, Plant
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.diagrams.proof.trial.score import score
@@ -54,7 +56,8 @@ def draw_trial(seed: int = 0, per_effect: int = 4, remainder: float = 0.0, plant
             library, pairs, clean recordings, wrong parameters and the other structures follow in proportion.
         remainder: where it is not 0, every case is one plain effect above a remainder that is so large
             (`remainder.draw_beneath`), the laws of it in turn.
-        plant: of `PLANTS`. The foreign one simulates flexible objects alone, with the effects that it has.
+        plant: of `PLANTS`, or `PALPATION`. The foreign one simulates flexible objects alone, with the effects that it
+            has; palpation is tips on surfaces alone.
 
     Raises:
         BadInput: fewer than one case per effect, a negative seed, or no such plant.
@@ -62,10 +65,17 @@ def draw_trial(seed: int = 0, per_effect: int = 4, remainder: float = 0.0, plant
     check_number("trial", "seed", seed, least=0)
     check_number("trial", "per-effect", per_effect, least=1)
     check_number("trial", "remainder", remainder, least=0.0)
-    if plant not in PLANTS:
-        raise BadInput("trial", at="plant", found=plant, expected=" or ".join(PLANTS))
-    rng, chosen = np.random.default_rng((seed, 7)), PLANTS[plant]
-    cases = list(_beneath(rng, per_effect, remainder, chosen) if remainder else _ordered(rng, per_effect, chosen))
+    if plant not in (*PLANTS, PALPATION):
+        raise BadInput("trial", at="plant", found=plant, expected=" or ".join((*PLANTS, PALPATION)))
+    if plant == PALPATION and remainder:
+        raise BadInput("trial", at="remainder", found=f"{remainder:g} with {plant}", expected="no remainder there")
+    rng = np.random.default_rng((seed, 7))
+    if plant == PALPATION:
+        cases = list(_palpated(rng, per_effect))
+    elif remainder:
+        cases = list(_beneath(rng, per_effect, remainder, PLANTS[plant]))
+    else:
+        cases = list(_ordered(rng, per_effect, PLANTS[plant]))
     order = rng.permutation(len(cases))
     return [replace(cases[i], name=f"case-{number:04d}") for number, i in enumerate(order, 1)]
 
@@ -97,6 +107,18 @@ def _beneath(rng: np.random.Generator, per_effect: int, share: float, plant: Pla
     for effect in filter(plant.effects.__contains__, INSIDE):
         for size in _sizes(rng, per_effect):
             yield draw_beneath(rng, effect, effect, 0.5 + 0.5 * size, next(laws), share, plant)
+
+
+def _palpated(rng: np.random.Generator, per_effect: int) -> Iterator[Case]:
+    pairs = list(combinations(PALPATED, 2))
+    for effect in PALPATED:
+        for size in _sizes(rng, per_effect):
+            yield draw_palpation(rng, effect, (effect,), size, wrong=bool(rng.random() < 0.5))
+    for number in range(2 * per_effect):
+        size = 0.6 + 0.4 * float(rng.random())
+        yield draw_palpation(rng, "pair", pairs[number % len(pairs)], size, wrong=bool(rng.random() < 0.5))
+    for number in range(2 * per_effect):
+        yield draw_palpation(rng, "plain", (), 0.0, wrong=number % 2 == 1)
 
 
 def _sizes(rng: np.random.Generator, count: int) -> list[float]:

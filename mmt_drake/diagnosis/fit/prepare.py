@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
 from mmt_drake.diagnosis.checks.sensors import clipped
 from mmt_drake.diagnosis.fit.box_tracks import NORMAL_COLUMN, BoxTrack, NormalTrack
 from mmt_drake.diagnosis.fit.floors import with_floors
-from mmt_drake.diagnosis.fit.problem import Problem, split
+from mmt_drake.diagnosis.fit.problem import MOST_SKEW_S, Problem, split
 from mmt_drake.diagnosis.fit.surface_track import SurfaceTrack
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, SpringTrack, Track
 from mmt_drake.diagnosis.fit.window_length import window_length
@@ -30,10 +30,6 @@ from mmt_drake.over import conditions
 from mmt_drake.recording import Recording
 from mmt_drake.replay import towards_goal
 from mmt_drake.windows import blocks_of, held_blocks, in_blocks, sets_out
-
-MOST_SKEW_S = 1e-3
-"""The clocks of input and output may differ by a sample, but not by more than this [s]."""
-
 
 FINE_RATE_HZ, DRIVEN_RATE_HZ = 500.0, 1000.0
 _PEAKS = 4

@@ -25,6 +25,8 @@ from mmt_drake.numeric.least_squares import CONVERGED, Minimum, minimise, stay
 
 SKEW_DEVIATION = 0.3
 """Two channels are read within a sample of each other; a skew is expected to deviate by this part of one."""
+MOST_SKEW_S = 1e-3
+"""The clocks of input and output may differ by a sample, but not by more than this [s]."""
 
 BLOCK_S = 1.5
 """Length of the blocks over which errors are taken as independent [s] ..."""
@@ -212,10 +214,15 @@ class Problem:
         """`objective` with the numbers of a hypothesis."""
         return self.objective(hypothesis.model(x), hypothesis.skew_of(x))
 
+    @property
+    def expected_skew(self) -> float:
+        """Standard deviation of a skew that may be expected [s]: at most that of one anywhere within its bounds."""
+        step = min(track.smoothed.clock.step for track in self.tracks)
+        return min(SKEW_DEVIATION * step, MOST_SKEW_S / math.sqrt(3.0))
+
     def objective(self, model: Structure, skew: float) -> Array:
         """What a fit makes small: the residual and, behind it, the skew over what it may be expected to be."""
-        expected = SKEW_DEVIATION * min(track.smoothed.clock.step for track in self.tracks)
-        return np.append(self.residual(model, skew), skew / expected)
+        return np.append(self.residual(model, skew), skew / self.expected_skew)
 
     def cost(self, hypothesis: Hypothesis, x: Array) -> float:
         """Sum of squares of the residual with these numbers; infinite where they cannot be simulated."""

@@ -266,6 +266,9 @@ class SurfaceFit:
             steps: at most.
         """
         learned = learned_by(hypothesis)
+        # Behind the residual, as in `Problem.objective`: how far the skew is from none, over what may be expected.
+        weight = np.zeros(len(x))
+        weight[len(x) - 1 :] = 1.0 / self.problem.expected_skew if hypothesis.has_skew else 0.0
         values = np.concatenate([tables[name] for name in learned]) if learned else np.zeros(0)
         low, high, scale = hypothesis.limits(x)
         scale = np.where(scale > 0.0, scale, 1.0)
@@ -275,20 +278,23 @@ class SurfaceFit:
         for _ in range(steps):
             tables = _apart(values, learned, tables)
             columns = [self._moved(hypothesis, x, tables, r, i, scale[i], high[i])[chosen] for i in range(len(x))]
-            numbers = np.column_stack([*columns, np.zeros((int(chosen.sum()), 0))])
+            numbers = np.vstack(
+                [np.column_stack([*columns, np.zeros((int(chosen.sum()), 0))]), np.diag(weight * scale)]
+            )
+            left = np.concatenate([r[chosen], weight * x])
             if learned:
                 bent = self.derivatives(self.model(hypothesis, x, tables), learned)[chosen]
                 if smooth is None:
                     smooth = self.smoothness(bent)
-                    cost = float(r[chosen] @ r[chosen] + values @ (smooth @ values))
-                mixed = sparse.csr_matrix(bent.T @ numbers)
+                    cost = _cost(r[chosen], weight * x) + float(values @ (smooth @ values))
+                mixed = sparse.csr_matrix(bent.T @ numbers[: -len(x) or None])
                 normal = sparse.bmat(
                     [[bent.T @ bent + smooth, mixed], [mixed.T, sparse.csr_matrix(numbers.T @ numbers)]], format="csc"
                 )
-                slope = np.concatenate([bent.T @ r[chosen] + smooth @ values, numbers.T @ r[chosen]])
+                slope = np.concatenate([bent.T @ r[chosen] + smooth @ values, numbers.T @ left])
             else:
-                normal, slope = sparse.csc_matrix(numbers.T @ numbers), numbers.T @ r[chosen]
-                cost = min(cost, float(r[chosen] @ r[chosen]))
+                normal, slope = sparse.csc_matrix(numbers.T @ numbers), numbers.T @ left
+                cost = min(cost, _cost(r[chosen], weight * x))
             held = ((x <= low) & (slope[size:] > 0.0)) | ((x >= high) & (slope[size:] < 0.0))
             free = np.flatnonzero(np.concatenate([np.ones(size, dtype=bool), ~held]))
             normal, slope = normal[free][:, free], slope[free]
@@ -300,7 +306,7 @@ class SurfaceFit:
                 raised = values + step[:size]
                 trial = self._attempt(hypothesis, moved, _apart(raised, learned, tables))
                 if trial is not None:
-                    found = float(trial[chosen] @ trial[chosen])
+                    found = _cost(trial[chosen], weight * moved)
                     found += float(raised @ (smooth @ raised)) if smooth is not None else 0.0
                     if found < cost:
                         better = moved, raised, trial, found
@@ -332,6 +338,10 @@ class SurfaceFit:
 def learned_by(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Those of its effects that are tables over places."""
     return tuple(name for name in LEARNED if name in hypothesis.key)
+
+
+def _cost(residual: Array, prior: Array) -> float:
+    return float(residual @ residual + prior @ prior)
 
 
 def _apart(values: Array, learned: Sequence[str], tables: Tables) -> Tables:

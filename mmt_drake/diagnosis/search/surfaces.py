@@ -22,6 +22,8 @@ OFFSET = "whether the tip is elsewhere"
 """What is done, stage by stage."""
 RUBBING = ("probe_slip", "coulomb_friction", "viscous_friction")
 """What may act along a surface, one of these."""
+STICKING = RUBBING[:2]
+"""Those in which it may stick."""
 TURNED = "frame_misalignment"
 STIFF = (0.03, 0.3, 3.0)
 """How smooth a surface may be held, see `SurfaceFit`: the one that predicts unseen places and times best."""
@@ -73,14 +75,14 @@ class SurfaceSearch:
             self.watch.begin(OFFSET)
             aligned = [one for one in found if TURNED not in one.hypothesis.key]
             found += self._tried(scan, [self._beside(scan, one, known[TOOL]) for one in aligned])
-        best = min(found, key=_unseen_cost, default=None)
+        best = min(found, key=lambda e: e.unseen_cost, default=None)
         if best is not None and _left(scan, best) > _MORE:
             self.watch.begin(ONE_MORE)
             more = [self._beside(scan, best, known[name]) for name in WITHIN if name in known]
-            level = [one for one in found if SHAPE not in one.hypothesis.key]
-            if STIFFNESS in known and best not in level:
+            if STIFFNESS in known and SHAPE in best.hypothesis.key:
                 # What seems to be high may be stiff, and nothing else.
-                more.append(self._beside(scan, min(level, key=_unseen_cost), known[STIFFNESS]))
+                level = [one for one in found if one.hypothesis.key <= set(RUBBING)]
+                more += [self._beside(scan, one, known[STIFFNESS]) for one in level]
             found += self._tried(scan, more)
         return scan, found
 
@@ -156,6 +158,8 @@ class SurfaceSearch:
         force = float(np.sqrt(np.mean(np.concatenate(loads) ** 2)))
         speed = max(float(np.sqrt(np.mean(t.smoothed.input_rate**2))) for t in self.problem.tracks)
         first = {"mu": _AT_FIRST, "Fc": _AT_FIRST * force, "b": _AT_FIRST * force / max(speed, 1e-9)}
+        if set(names) & set(STICKING):  # how stiffly the tip is held shows only where it sticks
+            hypothesis = replace(hypothesis, doubted=hypothesis.nominal.GIVEN)
         for name in names:
             hypothesis = hypothesis.adding(known[name])
             values[name] = {p.symbol: first.get(p.symbol, 0.0) for p in known[name].parameters}
@@ -172,10 +176,6 @@ class SurfaceSearch:
         tip = float(np.mean([np.mean(s.input[:, NORMAL_COLUMN]) for s in surface.recordings]))
         begun = {SHAPE: tip + self._load() / k, STIFFNESS: k}
         return {name: np.full(len(x) * len(y), value) for name, value in begun.items()}
-
-
-def _unseen_cost(explained: Explained) -> float:
-    return explained.unseen_cost
 
 
 def _left(scan: Scan, explained: Explained) -> float:
