@@ -8,8 +8,9 @@ from palpation_samples import STIFFNESS, ball, palpation
 
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.place_tables import SHAPE
 from mmt_drake.diagnosis.fit.prepare import prepare
-from mmt_drake.diagnosis.fit.surface_fit import SHAPE, SurfaceFit
+from mmt_drake.diagnosis.fit.surface_fit import SurfaceFit
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.simulation import simulate

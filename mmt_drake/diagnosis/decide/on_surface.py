@@ -6,9 +6,9 @@ import numpy as np
 
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, sifted
 from mmt_drake.diagnosis.fit.left_out import by_chance
+from mmt_drake.diagnosis.fit.place_tables import LEARNED
 from mmt_drake.diagnosis.fit.places import Explained, Scan
 from mmt_drake.diagnosis.fit.problem import Fitted
-from mmt_drake.diagnosis.fit.surface_fit import LEARNED
 from mmt_drake.diagnosis.fit.validate import vanishing
 
 

@@ -10,8 +10,9 @@ import numpy as np
 from scipy import sparse
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.place_tables import Numbers, Tables, learned_by
 from mmt_drake.diagnosis.fit.problem import BLOCK_S, Fitted, Problem, share
-from mmt_drake.diagnosis.fit.surface_fit import LearnedSurface, Numbers, SurfaceFit, Tables, learned_by
+from mmt_drake.diagnosis.fit.surface_fit import LearnedSurface, SurfaceFit
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.numeric.arrays import Array
 

@@ -1,43 +1,35 @@
 """The fit of a surface that nobody recorded: all its heights together with the numbers of the contact on it.
 
-Gauss-Newton with the damping of Levenberg and Marquardt. Heights, and stiffness over places where that is learned, act
-on the force through few neighbours each, so their derivatives are sparse and written down: N and n follow the surface,
-and friction follows N where the tip slips; what it does to the way of a tip that sticks is left out, which costs steps
-and no accuracy. How smooth a table is taken to be stands beside the residual as the integral of its
-squared second derivatives (a thin plate: Duchon 1977).
+Gauss-Newton with the damping of Levenberg and Marquardt; what is learned over places has sparse derivatives
+(`place_tables`). How smooth a table is taken to be stands beside the residual as the integral of its squared second
+derivatives (a thin plate: Duchon 1977).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.place_tables import LEARNED, Numbers, Tables, learned_by, table_derivatives
 from mmt_drake.diagnosis.fit.problem import Problem
-from mmt_drake.diagnosis.fit.surface_track import contact_over, tip_over
+from mmt_drake.diagnosis.fit.surface_track import tip_over
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
-from mmt_drake.effects import stiffness_map, surface_shape, tool_offset
+from mmt_drake.effects import tool_offset
 from mmt_drake.errors import attempt
-from mmt_drake.model.place_table import FIRST, PlaceTable, nodes_under
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.motion.hand import Place
 from mmt_drake.numeric.arrays import Array, Flags
 
-Numbers = NDArray[np.intp]
-SHAPE, STIFFNESS, TOOL = (module.EFFECT.name for module in (surface_shape, stiffness_map, tool_offset))
-LEARNED = {SHAPE: "height", STIFFNESS: "stiffness"}
-"""Effects whose numbers are a table over places -> the parameter that is the table."""
-Tables = Mapping[str, Array]
-"""Effect of `LEARNED` -> (m,) its values over the grid."""
+TOOL = tool_offset.EFFECT.name
 _NODES = 300
 """Heights of a map, about so many: an organ under a probe has no more to it than forces show."""
 _MOST_ROWS = 6000.0
@@ -139,15 +131,6 @@ class SurfaceFit:
         x, y = (tuple(float(v) + float(o) for v in at) for at, o in zip(self.grid, off, strict=True))
         return x, y
 
-    def _under(self, surface: PlaceTable, tips: Array) -> tuple[sparse.csr_matrix, ...]:
-        """(n, m) each: height and slopes along x and y under tips (n, 3), of the heights."""
-        packed = surface.packed()
-        node, *parts = (np.empty((len(tips), 16)) for _ in range(4))
-        nodes_under(packed, tips[:, 0].copy(), tips[:, 1].copy(), node, *parts)
-        row, shape = np.repeat(np.arange(len(tips)), 16), (len(tips), len(packed) - FIRST)
-        at = row, node.astype(int).ravel()
-        return tuple(sparse.csr_matrix((part.ravel(), at), shape=shape) for part in parts)
-
     @cached_property
     def _bending(self) -> sparse.csr_matrix:
         """(r, m): root of the integral of the squared second derivatives [1/m each]."""
@@ -201,49 +184,9 @@ class SurfaceFit:
         """(n, m) of the residual after the values of tables, one after the other, that the model has."""
         found = []
         for tracks, rows in zip(self.problem.by_recording(), self.rows, strict=True):
-            own = self._derivatives_of(tracks, rows, model)
+            own = table_derivatives(tracks, rows, model)
             found += [sparse.hstack([after[name] for name in learned]) for after in own]
         return sparse.vstack(found).tocsr()
-
-    def _derivatives_of(
-        self, tracks: Sequence[Track], rows: Numbers, model: SurfaceContact
-    ) -> Iterator[dict[str, sparse.csr_matrix]]:
-        """Of each axis of a recording: effect -> (n, m) derivatives after its values."""
-        dial = sparse.diags
-        all_tips, all_rates = tip_over(tracks[0].smoothed, model.additions.tool)
-        tips, rate = all_tips[rows], all_rates[rows]
-        force, load, depth, _ = np.split(contact_over(tracks[0].smoothed, model)[rows], [3, 4, 5], axis=1)
-        load, depth, touches = load[:, 0], depth[:, 0], depth[:, 0] > 0.0
-        k = np.full(len(rows), model.k)
-        if model.stiffness is not None:
-            stiffness = self._under(model.stiffness, tips)[0]
-            k = stiffness @ np.asarray(model.stiffness.value)
-        if model.surface is not None:
-            h, hx, hy = self._under(model.surface, tips)
-            heights = np.asarray(model.surface.value)
-            sx, sy = hx @ heights, hy @ heights
-        else:
-            sx, sy = np.zeros((2, len(rows)))
-        steep = np.sqrt(1.0 + sx**2 + sy**2)
-        n = np.column_stack([-sx, -sy, np.ones_like(sx)]) / steep[:, np.newaxis]
-        across = force - load[:, np.newaxis] * n
-        # Friction goes with the load where it is all that friction can be; d(depth) is dh / steep - depth (...).
-        slips = np.linalg.norm(across, axis=1) >= 0.999 * (model.mu * load + model.Fc)
-        push = n + (across / np.maximum(load, 1e-9)[:, np.newaxis]) * (slips & (model.mu > 0.0))[:, np.newaxis]
-        if model.surface is not None:
-            turns = dial(sx / steep**2) @ hx + dial(sy / steep**2) @ hy
-            press = dial(rate[:, 0] / steep) @ hx + dial(rate[:, 1] / steep) @ hy + dial((n * rate).sum(axis=1)) @ turns
-            loads = dial(k * touches / steep) @ h - dial(k * depth) @ turns + dial(model.b * touches) @ press
-        for i, track in enumerate(tracks):
-            after = {}
-            if model.surface is not None:
-                direction = -(dial(n[:, i]) @ turns)
-                if i < 2:
-                    direction = direction - dial(1.0 / steep) @ (hx, hy)[i]
-                after[SHAPE] = (dial(push[:, i]) @ loads + dial(load * touches) @ direction) * (-1.0 / track.floor)
-            if model.stiffness is not None:
-                after[STIFFNESS] = dial(push[:, i] * depth * (-1.0 / track.floor)) @ stiffness
-            yield after
 
     def smoothness(self, bent: sparse.csr_matrix) -> sparse.csc_matrix:
         """(m, m) what tables cost that are bent, beside residuals with these derivatives after their values."""
@@ -333,11 +276,6 @@ class SurfaceFit:
         other[i] += step
         moved = self._attempt(hypothesis, other, tables)
         return np.zeros_like(r) if moved is None else (moved - r) * (scale / step)
-
-
-def learned_by(hypothesis: Hypothesis) -> tuple[str, ...]:
-    """Those of its effects that are tables over places."""
-    return tuple(name for name in LEARNED if name in hypothesis.key)
 
 
 def _cost(residual: Array, prior: Array) -> float:

@@ -9,9 +9,10 @@ import numpy as np
 
 from mmt_drake.diagnosis.fit.box_tracks import NORMAL_COLUMN
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.place_tables import SHAPE, STIFFNESS, Tables
 from mmt_drake.diagnosis.fit.places import Explained, Scan
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.fit.surface_fit import SHAPE, STIFFNESS, TOOL, SurfaceFit, Tables
+from mmt_drake.diagnosis.fit.surface_fit import TOOL, SurfaceFit
 from mmt_drake.diagnosis.search.watch import NOTHING, Watch
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
