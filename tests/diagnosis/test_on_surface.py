@@ -103,3 +103,9 @@ def test_derivatives_after_heights_and_stiffness_are_those_of_the_force():
             # What is simulated passes the filter that the measured force has passed; its derivatives do not.
             found = told[:, first * len(heights) + node]
             assert np.linalg.norm(own - found) < 0.2 * np.linalg.norm(own)
+
+
+def test_what_no_law_explains_is_put_where_a_tip_on_a_surface_has_a_place():
+    found = diagnose([palpation(radius=DOME, mu=MU, tool=(0.004, -0.003, 0.006))], BELIEVED, library=SEARCHED).diagnosis
+    assert found.verdict in ("unexplained", "partly_explained")
+    assert found.mismatch.blocks and {b.block for b in found.mismatch.blocks} <= set(SurfaceContact.BLOCKS)

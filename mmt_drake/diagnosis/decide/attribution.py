@@ -168,8 +168,9 @@ def _at_rest(problem: Problem, refit: Fitted) -> str | None:
     """The block that an error belongs to which goes on where nothing moves.
 
     In free space any error is the sensor's. In a dwell what friction holds is constant: what changes there is the
-    body's.
+    body's. Of a structure that lacks the block nothing is said.
     """
+    there = refit.hypothesis.nominal.BLOCKS
     tracks = [track for track in problem.tracks if not isinstance(track, NormalTrack)]
     powers = np.zeros((len(tracks), 4))
     for row, track in zip(powers, tracks, strict=True):
@@ -185,5 +186,5 @@ def _at_rest(problem: Problem, refit: Fitted) -> str | None:
         row[:] = [float(np.mean(r[chosen] ** 2)) if chosen.any() else 0.0 for r, chosen in (*errors, *changes)]
     free, moving, dwelling_rate, moving_rate = powers.mean(axis=0)
     if free > _GOES_ON * moving:
-        return "force_sensor"
-    return "body" if dwelling_rate > _GOES_ON * moving_rate else None
+        return "force_sensor" if "force_sensor" in there else None
+    return "body" if "body" in there and dwelling_rate > _GOES_ON * moving_rate else None
