@@ -3,7 +3,7 @@
 import numpy as np
 
 from mmt_drake.recording import Recording
-from mmt_drake.recording.signals import SIGNALS, columns_of
+from mmt_drake.recording.signals import ORIENTATION, SIGNALS, columns_of
 
 FLAGS = tuple(signal.name for signal in SIGNALS if signal.quantity == "flag")
 
@@ -18,6 +18,8 @@ def contact(seconds: float = 2.5, step: float = 1e-3, seed: int = 0, start: floa
             phase = 2.0 * time + i
             columns[f"{owner}position_{axis}"] = 0.05 * np.sin(phase)
             columns[f"{owner}velocity_{axis}"] = 0.1 * np.cos(phase)
+    turn = 0.2 * np.sin(time)
+    columns |= zip(ORIENTATION, (0.0 * time, 0.0 * time, np.sin(turn), np.cos(turn)), strict=True)
     for name in FLAGS:
         columns[name] = (np.sin(3.0 * time) > 0.0).astype(float)
     for name in columns:

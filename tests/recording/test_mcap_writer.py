@@ -71,6 +71,9 @@ def fields(message: object) -> list[float]:
                 turn = message.pose.orientation  # type: ignore[attr-defined]
                 assert (turn.x, turn.y, turn.z, turn.w) == (0.0, 0.0, 0.0, 1.0)
             return [vector.x, vector.y, vector.z]
+    if hasattr(message, "quaternion"):
+        turn = message.quaternion
+        return [turn.x, turn.y, turn.z, turn.w]
     return list(np.atleast_1d(message.data))  # type: ignore[attr-defined]
 
 
@@ -269,7 +272,9 @@ def every_signal() -> list[tuple[str, int]]:
 
 
 def block(second: int, rng: np.random.Generator) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    return second + np.arange(1000) * 1e-3, {name: rng.random((1000, size)).round() for name, size in every_signal()}
+    columns = {name: rng.random((1000, size)).round() for name, size in every_signal()}
+    columns["orientation"] = np.tile([0.0, 0.0, 0.0, 1.0], (1000, 1))
+    return second + np.arange(1000) * 1e-3, columns
 
 
 @pytest.fixture(scope="module")

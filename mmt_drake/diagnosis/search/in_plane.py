@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import FlexibleBoxModel, InPlane
@@ -32,9 +33,13 @@ def said(problem: Problem, model: Structure, skew: float) -> Structure:
 
 
 def per_axis_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
-    """A fit whose friction is a vector because nobody said what it is; with one for each axis if that is better."""
+    """A fit whose friction is a vector because nobody said what it is; with one for each axis if that is better.
+
+    Where the vector leaves no more than noise nothing is better.
+    """
     hypothesis = fitted.hypothesis
-    if not _is_open(problem, hypothesis.nominal, fitted.model):
+    is_noise = fitted.cost <= NOISE_ALONE**2 * problem.samples()
+    if is_noise or not _is_open(problem, hypothesis.nominal, fitted.model):
         return fitted
     other = replace(hypothesis, nominal=_with(hypothesis.nominal, "per_axis"))
     alone = attempt(problem.fit, other, fitted.x, steps=steps, secant=True)

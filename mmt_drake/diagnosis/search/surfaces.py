@@ -82,7 +82,8 @@ class SurfaceSearch:
             more = [self._beside(scan, best, known[name]) for name in WITHIN if name in known]
             if STIFFNESS in known and SHAPE in best.hypothesis.key:
                 # What seems to be high may be stiff, and nothing else.
-                level = [one for one in found if one.hypothesis.key <= set(RUBBING)]
+                elsewhere = best.hypothesis.key & {TOOL}
+                level = [one for one in found if one.hypothesis.key - set(RUBBING) == elsewhere]
                 more += [self._beside(scan, one, known[STIFFNESS]) for one in level]
             found += self._tried(scan, more)
         return scan, found
