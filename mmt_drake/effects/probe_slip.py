@@ -1,9 +1,9 @@
 """Friction of a tip on the surface of a `surface_contact`: Amontons' law for a tip that sticks and slips.
 
 The tangential force of a `surface_contact` is at most mu N, N the load along the surface normal. Below that the tip
-sticks: a spring as stiff as the contact holds it, anchored where it touched. Above it slips, and the anchor is carried
-along. Both as vectors in the plane that touches the surface. A tip of a `surface_contact` without friction glides
-freely, so there the law vanishes at mu = 0.
+sticks: a spring `across` times as stiff as the contact holds it, anchored where it touched. Above it slips, and the
+anchor is carried along. Both as vectors in the plane that touches the surface. A tip of a `surface_contact` without
+friction glides freely, so there the law vanishes at mu = 0.
 
 Easily confused with:
 

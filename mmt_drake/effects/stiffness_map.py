@@ -1,9 +1,9 @@
 """A contact that is stiffer at one place than at another: k over x and y as a table, in the place of one k.
 
-A lump under the skin, a bone under soft tissue. The load along the normal is k(x, y) times the depth, and across the
-normal the tip is held as stiffly. Between the columns `x` and the rows `y` of the grid k is bicubic, beyond them as at
-the rim. `stiffness` is row by row from the least y on; `deviation` says how well each is known (one standard deviation)
-and does nothing.
+A lump under the skin, a bone under soft tissue. The load along the normal is k(x, y) times the depth, and where the tip
+sticks it is held along the surface by `across` times that stiffness. Between the columns `x` and the rows `y` of the
+grid k is bicubic, beyond them as at the rim. `stiffness` is row by row from the least y on; `deviation` says how well
+each is known (one standard deviation) and does nothing.
 
 All values are learned together with the numbers of the contact, and with the heights where the surface is unknown too.
 How smooth k is held is what predicts places best that the fit has not seen. Light and hard presses at the same places
