@@ -20,7 +20,8 @@ brings the body to its goal whatever the model is, of how far it stays from that
 def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tuple[Track, ...]:
     """The tracks with the noise that a model leaves of perfect data: the output's own, and the input's through it.
 
-    Noise of the input's position and rate, white within the band, is sent through the model beside the input.
+    Noise of the input's position and rate, white within the band, is sent through the model beside the input. What it
+    and the states of windows add is one draw a window, so by chance it may be more: a deviation of that is allowed for.
     """
     generator = np.random.default_rng(seed)
     result = []
@@ -30,6 +31,8 @@ def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tup
         if isinstance(model, DrivenBodyModel) and model.controller is not None:
             told = told - track.smoothed.input[:, 0]
         least = LEAST_NOISE * float(np.std(told[track.weight > 0.0]))
+        if isinstance(track, DrivenTrack):
+            through *= 1.0 + math.sqrt(2.0 / max(len(track.windows.rows), 2))
         result.append(replace(track, floor=max(math.hypot(own, through), least)))
     return tuple(result)
 
