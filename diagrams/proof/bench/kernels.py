@@ -126,6 +126,7 @@ def _recording() -> Iterator[Measurement]:
     signals = signals_in(columns_of("contact"))
     random = np.random.default_rng(0)
     block = {signal.name: random.random((1000, signal.size)).round() for signal in signals}  # flags are 0 or 1
+    block["orientation"] = np.tile([0.0, 0.0, 0.0, 1.0], (1000, 1))
     ticks, seconds = np.arange(1000) * STEP, itertools.count()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "minute.mcap"

@@ -10,6 +10,7 @@ from mmt_drake.diagrams.proof.trial.cases import Case, draw_pair, draw_plain, dr
 from mmt_drake.diagrams.proof.trial.laws import INSIDE, LAWS, OUTSIDE
 from mmt_drake.diagrams.proof.trial.motions import draw_motion
 from mmt_drake.diagrams.proof.trial.other_cases import DRIVEN, MATERIAL, TRANSMISSION, draw_driven, draw_material
+from mmt_drake.diagrams.proof.trial.palpation import EFFECTS as PALPATED
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS
 from mmt_drake.diagrams.proof.trial.run import MODEL, RECORDING, draw_trial, run_trial, seal, write_case
 from mmt_drake.diagrams.proof.trial.session import ContactSession
@@ -70,7 +71,7 @@ def test_a_motion_is_not_too_short() -> None:
 
 
 def test_every_effect_has_a_law_and_a_size_and_there_are_enough_outside_the_library() -> None:
-    of_others = {*MATERIAL, *TRANSMISSION} - set(SIZES)  # `test_trial_one_axis`
+    of_others = {*MATERIAL, *TRANSMISSION, *PALPATED} - set(SIZES)  # `test_trial_one_axis`, `test_trial_palpation`
     assert set(LAWS) - set(REMAINDERS) - of_others == set(SIZES) == set(INSIDE) | set(OUTSIDE)
     assert len(OUTSIDE) >= 8
     assert {LAWS[name].block for name in OUTSIDE} == {"friction", "contact", "body", "force_sensor", "channel"}

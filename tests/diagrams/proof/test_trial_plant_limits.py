@@ -17,7 +17,8 @@ from mmt_drake.simulation import simulate
 OF_A_BOX = [
     name
     for name, law in LAWS.items()
-    if law.block != "drive" and name not in ("presliding_friction", "hardening_relaxation")
+    if law.block != "drive"
+    and name not in ("presliding_friction", "hardening_relaxation", "surface_shape", "stiffness_map", "tool_offset")
 ]
 
 
