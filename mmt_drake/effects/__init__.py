@@ -6,7 +6,8 @@ An effect of your own is a Python file with an `EFFECT` in it, written as those 
 
 import importlib
 
-from mmt_drake.effects.effect import Effect, Parameter, Scales, Values, adds
+from mmt_drake.effects.changes import adds
+from mmt_drake.effects.effect import Effect, Parameter, Scales, Values
 from mmt_drake.effects.library import LIBRARY, SOURCES, register, register_file
 
 for _name in (

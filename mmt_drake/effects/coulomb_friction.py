@@ -11,7 +11,8 @@ Easily confused with:
 - `presliding_friction`: alike in long strokes; strokes of a fraction of a millimetre about one spot tell them apart.
 """
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
+from mmt_drake.effects.changes import adds
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(

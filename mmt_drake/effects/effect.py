@@ -290,17 +290,13 @@ class Effect:
     def vanished(self, model: Structure) -> dict[str, Any]:
         """Parameters with which the effect does nothing to a model."""
 
-        def known(value: float | str) -> float | str:
-            return model.value(value) if isinstance(value, str) else value
+        def known(p: Parameter, at: float | str) -> float | str:
+            return model.value(at) if isinstance(at, str) and p.kind != "choice" else at
 
-        values: dict[str, Any] = {}
-        for p in self.parameters:
-            at = p.vanishes_at
-            if isinstance(at, tuple):
-                values[p.symbol] = tuple(map(known, at))
-            else:
-                values[p.symbol] = known(at) if p.kind == "number" else at
-        return values
+        return {
+            p.symbol: tuple(known(p, value) for value in at) if isinstance(at := p.vanishes_at, tuple) else known(p, at)
+            for p in self.parameters
+        }
 
     def may_vanish(self, intervals: Mapping[str, tuple[float, float]]) -> bool:
         """True where numbers within these intervals (symbol -> least, greatest) let the effect do nothing.
@@ -353,8 +349,3 @@ _GREATEST = 1e300  # the whole numbers of Python have no end
 
 def _short(value: float) -> str:
     return f"{value:g}" if isinstance(value, float) or abs(value) <= _GREATEST else "a number of hundreds of digits"
-
-
-def adds(symbol: str, parameter: str) -> Callable[[Structure, Values], Structure]:
-    """The `change` of an effect that adds its one parameter to a number of the structure."""
-    return lambda model, values: model.with_value(symbol, model.value(symbol) + values[parameter])

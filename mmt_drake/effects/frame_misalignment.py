@@ -14,15 +14,11 @@ Easily confused with:
 
 from math import pi, radians
 
-from mmt_drake.effects.effect import Effect, Parameter, Values
-from mmt_drake.model.structure import Structure
+from mmt_drake.effects.changes import turns_or_moves
+from mmt_drake.effects.effect import Effect, Parameter
 
 _MOST = 0.25 * pi  # beyond, axes were swapped
 _SEEN = {"rx": "y", "ry": "x", "rz": "xy"}  # angle -> along what it shows, beside z
-
-
-def _turned(model: Structure, values: Values) -> Structure:
-    return model.with_additions(turn=tuple(values[angle] for angle in _SEEN))
 
 
 EFFECT = Effect(
@@ -32,7 +28,7 @@ EFFECT = Effect(
     parameters=tuple(Parameter(angle, "rad", (-_MOST, _MOST), seen_along=axes) for angle, axes in _SEEN.items()),
     equation="recorded force = R^T force, R = Rz(rz) Ry(ry) Rx(rx)",
     source="Craig 2005, Introduction to Robotics, section 2.8",
-    change=_turned,
+    change=turns_or_moves("turn", tuple(_SEEN)),
     near_equal={"force_crosstalk": "the probe slides along one axis, and lightly: a small tilt of the sensor"},
     starts=lambda scales: [dict.fromkeys(_SEEN, sign * radians(1.0)) for sign in (1.0, -1.0)],
 )

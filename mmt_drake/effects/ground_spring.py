@@ -10,7 +10,8 @@ Easily confused with:
   several places tell them apart.
 """
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
+from mmt_drake.effects.changes import adds
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(

@@ -14,7 +14,8 @@ Easily confused with:
   the tip: the same force. Watching the object tells them apart.
 """
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
+from mmt_drake.effects.changes import adds
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(

@@ -18,18 +18,9 @@ Easily confused with:
   scan in another order tells them apart.
 """
 
-from dataclasses import replace
-
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Values
-from mmt_drake.effects.over_places import checked_table, over_places, table_of
-from mmt_drake.model.structure import Structure
-from mmt_drake.model.surface_contact import SurfaceContact
-
-
-def _change(model: Structure, values: Values) -> Structure:
-    assert isinstance(model, SurfaceContact)  # nothing else has a surface
-    return replace(model, stiffness=table_of(values, "stiffness"))
-
+from mmt_drake.effects.changes import lays_out
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect
+from mmt_drake.effects.over_places import checked_table, over_places
 
 EFFECT = Effect(
     name="stiffness_map",
@@ -38,7 +29,7 @@ EFFECT = Effect(
     parameters=over_places("stiffness", "N/m", vanishes_at="k2", bounds=NOT_NEGATIVE),
     equation="k(x, y) in the place of k, bicubic over a grid",
     source="Catmull and Rom 1974, Computer Aided Geometric Design; Johnson 1985, Contact Mechanics, chapter 4",
-    change=_change,
+    change=lays_out("stiffness", "stiffness"),
     check=checked_table("stiffness"),
     replaces="k2",
     needs=("surface",),

@@ -16,18 +16,9 @@ Easily confused with:
 - `probe_slip`: over a scan one way friction tilts the force as a slope does; scans both ways tell them apart.
 """
 
-from dataclasses import replace
-
-from mmt_drake.effects.effect import Effect, Values
-from mmt_drake.effects.over_places import checked_table, over_places, table_of
-from mmt_drake.model.structure import Structure
-from mmt_drake.model.surface_contact import SurfaceContact
-
-
-def _change(model: Structure, values: Values) -> Structure:
-    assert isinstance(model, SurfaceContact)  # nothing else has a surface
-    return replace(model, surface=table_of(values, "height"))
-
+from mmt_drake.effects.changes import lays_out
+from mmt_drake.effects.effect import Effect
+from mmt_drake.effects.over_places import checked_table, over_places
 
 EFFECT = Effect(
     name="surface_shape",
@@ -36,7 +27,7 @@ EFFECT = Effect(
     parameters=over_places("height", "m", vanishes_at=0.0),
     equation="contact along the normal of z = h(x, y), h bicubic over a grid, in the place of z = height",
     source="Catmull and Rom 1974, Computer Aided Geometric Design; Johnson 1985, Contact Mechanics, chapter 1",
-    change=_change,
+    change=lays_out("surface", "height"),
     check=checked_table("height"),
     replaces="height",
     needs=("surface",),

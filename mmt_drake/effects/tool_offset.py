@@ -12,14 +12,10 @@ Easily confused with:
   no force sideways.
 """
 
-from mmt_drake.effects.effect import Effect, Parameter, Values
-from mmt_drake.model.structure import Structure
+from mmt_drake.effects.changes import turns_or_moves
+from mmt_drake.effects.effect import Effect, Parameter
 
 _AXES = ("x", "y", "z")
-
-
-def _moved(model: Structure, values: Values) -> Structure:
-    return model.with_additions(tool=tuple(values[axis] for axis in _AXES))
 
 
 EFFECT = Effect(
@@ -29,7 +25,7 @@ EFFECT = Effect(
     parameters=tuple(Parameter(axis, "m", (-1.0, 1.0)) for axis in _AXES),
     equation="tip at p + R o: o = (x, y, z) in the hand's frame, R its recorded orientation",
     source="Craig 2005, Introduction to Robotics, section 2.3",
-    change=_moved,
+    change=turns_or_moves("tool", _AXES),
     needs=("surface",),
     starts=lambda scales: [dict.fromkeys(_AXES, sign * 0.003) for sign in (1.0, -1.0)],
 )

@@ -9,7 +9,8 @@ Easily confused with:
   drag.
 """
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, adds
+from mmt_drake.effects.changes import adds
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.effects.passivity import ALWAYS
 
 EFFECT = Effect(

@@ -11,6 +11,7 @@ from mmt_drake.diagrams.proof.trial.laws import IN_TWO_DIRECTIONS, INSIDE, LAWS,
 from mmt_drake.diagrams.proof.trial.plants import OWN, Plant
 from mmt_drake.diagrams.proof.trial.session import ContactSession, draw_session, normal_force
 from mmt_drake.diagrams.proof.trial.sizes import SIZES, Baseline
+from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 
@@ -98,10 +99,10 @@ class Case:
         }
 
     def _block(self, effect: Concealed) -> str:
-        """Where an effect acts: a transmission has no contact, its spring is the drive; on a surface a tip rubs."""
-        place = self.nominal["structure"], effect.block
-        rubs = effect.name == "probe_slip" and place[0] == "surface_contact"
-        return "drive" if place == ("transmission", "contact") else "friction" if rubs else effect.block
+        """Where an effect acts: on a flexible box as the trial's laws say, elsewhere as the library does."""
+        structure = self.nominal["structure"]
+        on_a_box = structure == "flexible_box" or effect.name not in LIBRARY
+        return effect.block if on_a_box else LIBRARY[effect.name].place_in(structure)[1]
 
     def recording(self) -> Recording:
         """What the session gives."""

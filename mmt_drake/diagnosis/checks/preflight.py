@@ -188,7 +188,7 @@ def _nominal(recording: Recording, model: Model, smoothed: Smoothed) -> Array | 
         columns |= dict(zip(rates, smoothed.input_rate.T, strict=True))
         columns["in_contact"] = smoothed.in_contact.astype(np.float64)
         columns |= dict(zip(channels.outputs, smoothed.output.T, strict=True))
-        if smoothed.hand is not None:
+        if any(model.additions.tool) and smoothed.hand is not None:
             columns |= zip(ORIENTATION, smoothed.hand.quaternion.T, strict=True)
     count = min(len(smoothed.time), _ENOUGH) if smoothed.kind == "driven_body" else len(smoothed.time)
     part = {name: values[:count] for name, values in columns.items()}

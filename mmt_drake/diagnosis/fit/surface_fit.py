@@ -20,7 +20,6 @@ from scipy.sparse.linalg import splu
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.place_tables import LEARNED, Numbers, Tables, learned_by, table_derivatives
 from mmt_drake.diagnosis.fit.problem import Problem
-from mmt_drake.diagnosis.fit.surface_track import tip_over
 from mmt_drake.diagnosis.fit.tracks import Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.effects import tool_offset
@@ -122,13 +121,19 @@ class SurfaceFit:
         x, y = (np.linspace(a, a + s, n) for a, s, n in zip(low, size, counts, strict=True))
         return tuple(map(float, x)), tuple(map(float, y))
 
+    @cached_property
+    def _mean_turn(self) -> Array:
+        """(3, 3) rotation of the hand, the mean over the rows."""
+        pairs = zip(self.recordings, self.rows, strict=True)
+        turns = [s.hand.turn[rows] for s, rows in pairs if s.hand is not None]
+        return np.asarray(np.concatenate(turns).mean(axis=0))
+
     def _moved_grid(self, tool: Place) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """The same as far off as the tip is on average: a map that stayed would end where the tip is."""
         if not any(tool):
             return self.grid
-        tips = [tip_over(s, tool)[0][rows] for s, rows in zip(self.recordings, self.rows, strict=True)]
-        off = np.concatenate(tips)[:, :2].mean(axis=0) - self.place.mean(axis=0)
-        x, y = (tuple(float(v) + float(o) for v in at) for at, o in zip(self.grid, off, strict=True))
+        off = self._mean_turn @ tool
+        x, y = (tuple(float(v) + float(o) for v in at) for at, o in zip(self.grid, off[:2], strict=True))
         return x, y
 
     @cached_property
