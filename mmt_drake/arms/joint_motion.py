@@ -26,6 +26,7 @@ class JointMotion:
         jerk: (n,) rate of its own logged torque [N m/s].
         ripples: periods over which what is left comes back [rad], strongest first.
         delays: by which all torques may be late [s].
+        geared: joints whose drives may be geared with its own.
     """
 
     joint: int
@@ -38,6 +39,7 @@ class JointMotion:
     jerk: Array
     ripples: tuple[float, ...] = ()
     delays: tuple[float, ...] = (0.0,)
+    geared: tuple[int, ...] = ()
 
     @cached_property
     def fastest(self) -> float:

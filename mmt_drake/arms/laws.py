@@ -22,8 +22,6 @@ from mmt_drake.numeric.arrays import Array
 
 _BRIEF_S: Final = 1e-3
 """Of a delay that is shorter the first order is all that shows."""
-_NEIGHBOURS: Final = 2
-"""Joints whose drives may be geared together are no farther apart in the chain."""
 _FARTHEST: Final = 1.0
 """A payload is no farther from the frame of its link than this [m]."""
 
@@ -266,9 +264,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             equation="gain times the torque of another joint",
             source=_SICILIANO,
             columns=lambda motion, form: motion.others[:, int(form[0])][:, None],
-            shapes=lambda motion: [
-                (float(k),) for k in range(motion.others.shape[1]) if 0 < abs(k - motion.joint) <= _NEIGHBOURS
-            ],
+            shapes=lambda motion: [(float(k),) for k in motion.geared],
         ),
         ArmEffect(
             "payload",

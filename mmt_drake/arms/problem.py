@@ -16,7 +16,7 @@ from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS, ARM_WIDE, BESIDE, DRY, OF_THE_LINKS, VISCOUS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
-from mmt_drake.arms.shapes import likely_delay, likely_ripples
+from mmt_drake.arms.shapes import likely_delay, likely_geared, likely_ripples
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 
@@ -209,7 +209,8 @@ def _joint_rows(
     motions = [one.joint(j) for one in every]
     ripples = likely_ripples(every, j) if moves else ()
     fastest = max(motions, key=lambda motion: motion.fastest)
-    terms, held = _terms(arm, model, replace(fastest, ripples=ripples, delays=(delay,)), j, moves)
+    likely = replace(fastest, ripples=ripples, delays=(delay,), geared=likely_geared(every, j))
+    terms, held = _terms(arm, model, likely, j, moves)
     stacked, target, measured, counted, block, first = [], [], [], [], [], 0
     for one, own in zip(every, motions, strict=True):
         parts = [one.asked.inertial[:, j]]

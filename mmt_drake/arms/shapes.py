@@ -1,4 +1,4 @@
-"""Shapes of effects that what is left of the torque suggests: periods of ripples, a delay."""
+"""Shapes of effects that logs suggest: periods of ripples, a delay, joints that may be geared together."""
 
 from __future__ import annotations
 
@@ -16,6 +16,11 @@ _FEWEST_CYCLES, _MOST_CYCLES, PEAKS = 2.0, 60.0, 3
 """Periods of a ripple within the way of a joint, and how many of the strongest are tried."""
 _DELAYS: Final = np.linspace(-0.04, 0.04, 81)
 """[s]"""
+_NEIGHBOURS: Final = 2
+"""Joints whose drives may be geared together are no farther apart in the chain ..."""
+_ALIKE: Final = 0.95
+"""... and move each for itself: where one joint's speed is to this part that of another, all that the other's torque
+depends on is known of its own motion, and a coupling would imitate its own friction."""
 
 
 def _smooth(one: PreparedLog, j: int) -> Array:
@@ -65,3 +70,16 @@ def likely_delay(every: Sequence[PreparedLog], moving: Sequence[int]) -> float:
         later = later - basis @ (basis.T @ later)
         left += np.log(np.maximum((later**2).sum(axis=0), 1e-300))
     return float(_DELAYS[np.argmin(left)])
+
+
+def likely_geared(every: Sequence[PreparedLog], j: int) -> tuple[int, ...]:
+    """Joints whose drives may be geared with that of a joint, as far as the motion can tell.
+
+    Args:
+        every: logs.
+        j: the joint.
+    """
+    v = np.concatenate([one.motion.v for one in every])
+    along = v.T @ v[:, j]
+    alike = along**2 > _ALIKE * (v**2).sum(axis=0) * along[j]
+    return tuple(k for k in range(v.shape[1]) if 0 < abs(k - j) <= _NEIGHBOURS and not alike[k])
