@@ -7,10 +7,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY, advance_body, read_motion, write_motion
+from mmt_drake.model.body import (
+    AXIS_SIZE,
+    MEMORY,
+    MODE,
+    POSITION,
+    VELOCITY,
+    advance_body,
+    advance_memory,
+    read_motion,
+    write_motion,
+)
 from mmt_drake.model.forces import Surroundings, constants, level_spring
 from mmt_drake.model.hermite import Cubic
+from mmt_drake.model.laws import Memory
 from mmt_drake.model.massless import follow
+from mmt_drake.model.memory import read_memory, write_memory
 from mmt_drake.model.over import take_course
 from mmt_drake.model.parameters import COURSE, Constants
 from mmt_drake.numeric.arrays import Array, Flags
@@ -25,6 +37,7 @@ Work = tuple[Array, Array, Array, Array]
 _STATE_STEPS = 4  # of the fit of a state
 _SHORTER = 0.3  # times a step that made it worse
 _DIFFERENCE = 1e-3  # of how far a lead-in goes
+_KNOTS = 8  # of the measured motion in the time of a lead-in, of which laws take what they remember
 
 # Layout of the state vector.
 _next = Layout()
@@ -68,6 +81,22 @@ def _acting(u: float, c: Constants) -> float:
     return u if c.driven != 0.0 else c.gain * u + c.offset
 
 
+@njit(error_model="numpy", forceinline=True)
+def _constants_at(state: Array, t: float, p: Array) -> Constants:
+    """The numbers of the body until time t [s]; those that change over a condition are taken in the middle."""
+    take_course(p, p[COURSE], 0.5 * (state[TIME] + t) - state[BEGAN])
+    return constants(p)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _pushed(state: Array, h: float, u: float, load: float, c: Constants) -> tuple[Cubic, Cubic, float]:
+    """Input and normal load over the next h [s], at whose end they are u and load, and the time at which it begins."""
+    before = _acting(state[INPUT], c)
+    line = Cubic(before, (_acting(u, c) - before) / h, 0.0, 0.0)
+    normal = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
+    return line, normal, state[TIME] - state[BEGAN]
+
+
 @njit(cache=True, error_model="numpy")
 def advance(state: Array, t: float, u: float, load: float, p: Array) -> None:
     """Advance the body to time t [s], where the input is u, in place; between samples input and load are linear.
@@ -81,12 +110,8 @@ def advance(state: Array, t: float, u: float, load: float, p: Array) -> None:
     """
     h = t - state[TIME]
     if h > 0.0:
-        take_course(p, p[COURSE], t - 0.5 * h - state[BEGAN])
-        c = constants(p)
-        before = _acting(state[INPUT], c)
-        line = Cubic(before, (_acting(u, c) - before) / h, 0.0, 0.0)
-        normal = Cubic(state[LOAD], (load - state[LOAD]) / h, 0.0, 0.0)
-        start = state[TIME] - state[BEGAN]
+        c = _constants_at(state, t, p)
+        line, normal, start = _pushed(state, h, u, load, c)
         if c.m > 0.0:
             advance_body(state, BODY, 0.0, h, line, normal, True, start, level_spring(c), c)
         else:
@@ -137,7 +162,8 @@ def replay_windows(
     """Simulation over windows, each from the state that fits its lead-in (`mmt_drake.windows`).
 
     The state is found by a few Gauss-Newton steps from the guess, with the derivatives there; a step that makes it
-    worse is shortened.
+    worse is shortened. What laws remember there comes of the measured motion before it, a window long: nothing is
+    fitted to that.
 
     Args:
         rows, used, guess, weight: as in `Windows`.
@@ -149,15 +175,46 @@ def replay_windows(
     drive, work = (time, u, load, p), (np.empty(STATE_SIZE), output, rate, np.empty((2, len(time))))
     for i in range(len(rows) - 1, -1, -1):  # what a window scores lies over the lead-in of the next one
         first, lead, end = rows[i, 0], rows[i, 1], rows[i, 3]
+        knot = max((lead - first) // _KNOTS, 1)
+        q = _remembered(first - min(first, end - first) // knot * knot, first, knot, measured, drive, work[0])
         states[i, 0], states[i, 1] = guess[i, 0], guess[i, 1]
         if lead > first:
-            states[i, 0], states[i, 1] = _fit_state(first, lead, used, guess[i], weight[i], measured, drive, work)
-        _replay_from(states[i, 0], states[i, 1], first, end, drive, work[0], output, rate)
+            states[i, 0], states[i, 1] = _fit_state(q, first, lead, used, guess[i], weight[i], measured, drive, work)
+        _replay_from(states[i, 0], states[i, 1], q, first, end, drive, work[0], output, rate)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _remembered(before: int, first: int, knot: int, measured: Array, drive: Drive, state: Array) -> Memory:
+    """What laws remember at the sample `first` after the measured motion from the sample `before` on.
+
+    The motion goes straight through one of every `knot` samples: from one sample to the next its noise is a way, too.
+    """
+    time, u, load, p = drive
+    begin(state, time[before], u[before], load[before], measured[before])
+    state[BEGAN] = time[0]
+    for k in range(before + knot, first + 1, knot):
+        h = time[k] - state[TIME]
+        c = _constants_at(state, time[k], p)
+        if not c.remembers:
+            break
+        line, normal, start = _pushed(state, h, u[k], load[k], c)
+        path = Cubic(measured[k - knot], (measured[k] - measured[k - knot]) / h, 0.0, 0.0)
+        advance_memory(state, BODY, h, path, Surroundings(line, normal, 0.0, True, start, level_spring(c)), c)
+        state[TIME], state[INPUT], state[LOAD] = time[k], u[k], load[k]
+    return read_memory(state, BODY + MEMORY)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _fit_state(
-    first: int, lead: int, used: Flags, guess: Array, weight: Array, measured: Array, drive: Drive, work: Work
+    q: Memory,
+    first: int,
+    lead: int,
+    used: Flags,
+    guess: Array,
+    weight: Array,
+    measured: Array,
+    drive: Drive,
+    work: Work,
 ) -> tuple[float, float]:
     """Position and rate at the sample `first` that fit the lead-in best; guess and weight are (2,)."""
     time, (state, here, rate, moved) = drive[0], work
@@ -169,12 +226,12 @@ def _fit_state(
     dv = dx / max(time[lead - 1] - time[first], 1e-300)
     a, b, c = weight[0], 0.0, weight[1]
     for step in range(_STATE_STEPS + 1):
-        _replay_from(x, v, first, lead, drive, state, here, rate)
+        _replay_from(x, v, q, first, lead, drive, state, here, rate)
         cost = weight[0] * (x - guess[0]) ** 2 + weight[1] * (v - guess[1]) ** 2
         gx, gv = weight[0] * (guess[0] - x), weight[1] * (guess[1] - v)
         if step == 0:
-            _replay_from(x + dx, v, first, lead, drive, state, moved[0], rate)
-            _replay_from(x, v + dv, first, lead, drive, state, moved[1], rate)
+            _replay_from(x + dx, v, q, first, lead, drive, state, moved[0], rate)
+            _replay_from(x, v + dv, q, first, lead, drive, state, moved[1], rate)
             for k in range(first, lead):
                 moved[0, k] = (moved[0, k] - here[k]) / dx
                 moved[1, k] = (moved[1, k] - here[k]) / dv
@@ -201,10 +258,11 @@ def _fit_state(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _replay_from(
-    x: float, v: float, first: int, end: int, drive: Drive, state: Array, output: Array, rate: Array
+    x: float, v: float, q: Memory, first: int, end: int, drive: Drive, state: Array, output: Array, rate: Array
 ) -> None:
-    """`replay_part` from a position and a rate at the sample `first`."""
+    """`replay_part` from a position, a rate and what laws remember at the sample `first`."""
     time, u, load, p = drive
     set_out(state, time[0], time[first], u[first], load[first], x, v)
+    write_memory(state, BODY + MEMORY, q)
     output[first], rate[first] = state[BODY + POSITION], state[BODY + VELOCITY]
     replay_part(first + 1, end, time, u, load, p, state, output, rate)
