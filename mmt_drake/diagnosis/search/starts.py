@@ -44,7 +44,7 @@ class Seed:
     @cached_property
     def directions(self) -> Array:
         """(n, k) unit vectors across each other: where the numbers that are fitted already can take the residual."""
-        return np.linalg.qr(self.near.minimum.jacobian)[0]
+        return _directions(self.near)
 
     @classmethod
     def on_parts(cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0) -> list[Seed]:
@@ -131,12 +131,16 @@ class Start:
         """The start, or the part of the way to it from no effect at all that fits best, if it fits worse than the base.
 
         Starts are as large as the whole force; beside a plain effect a slight one would be lost beyond its neighbour.
+        To first order the numbers that are fitted already have given way to it: what they made up for in its absence is
+        no reason to begin with less.
         """
-        best, least = start, math.inf
+        known = self.seed.directions if base is self.seed.near else _directions(base)
+        best, least, enough = start, math.inf, _across(known, base.minimum.residual)
         for x in self._slighter(base, hypothesis, start, _PARTS):
-            if (cost := problem.cost(hypothesis, x)) < least:
+            left = attempt(problem.objective_at, hypothesis, x)
+            if left is not None and (cost := _across(known, left)) < least:
                 best, least = x, cost
-            if least < base.cost:
+            if least < enough:
                 break
         return best
 
@@ -174,6 +178,17 @@ class Screened:
     def left(self) -> float:
         """Part of the seed's cost that is left, on the seed's part of the problem."""
         return self.fitted.cost / self.start.seed.near.cost
+
+
+def _directions(fitted: Fitted) -> Array:
+    """See `Seed.directions`."""
+    return np.linalg.qr(fitted.minimum.jacobian)[0]
+
+
+def _across(known: Array, residual: Array) -> float:
+    """Squared error that directions cannot take."""
+    left = residual - known @ (known.T @ residual)
+    return float(left @ left)
 
 
 def all_starts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Start]:
