@@ -3,7 +3,9 @@
 A body that nothing holds integrates: the smallest error of its input drifts, and a whole record simulated in one go
 shows that alone. Windows show what the model does within each. The record is cut into blocks of equal length, of which
 a third is held out; a block is one window. Its lead-in is the end of the block before it, unless that is held out:
-then it is the block's own beginning. So no held-out sample sets a state that is scored.
+then it is the block's own beginning. What laws remember where the lead-in begins comes of the motion before it: as it
+was measured in the block before, or, if that is held out, as it is simulated there. So no held-out sample sets a state
+that is scored.
 """
 
 from __future__ import annotations
@@ -38,13 +40,17 @@ class Windows:
     Attributes:
         rows: (w, 4) samples of each: the first, where the lead-in ends, the first that is scored, where it ends. A
             window without a lead-in starts at rest.
+        runs: (w, 3) samples from which on laws take what they remember at its first one: from the first of these the
+            measured motion; from the second, whose lead-in ends at the third, the simulated one.
         used: (n,) samples that may set a state.
-        guess: (w, 2) position and rate at the first sample, from the lead-in alone.
-        weight: (w, 2) what the guess counts beside the lead-in, which keeps a fit of a state that hardly shows near it.
+        guess: (w, 2, 2) position and rate at the beginning of the simulated run, and at the window's first sample, each
+            from its lead-in alone.
+        weight: (w, 2, 2) what they count beside the lead-in, which keeps a fit of a state that hardly shows near them.
         length: of a window [s].
     """
 
     rows: Numbers
+    runs: Numbers
     used: Flags
     guess: Array
     weight: Array
@@ -67,7 +73,8 @@ class Windows:
         return self._only(np.arange(len(self.rows)) % often == 0)
 
     def _only(self, kept: Flags) -> Windows:
-        return replace(self, rows=self.rows[kept], guess=self.guess[kept], weight=self.weight[kept])
+        per_window = {name: getattr(self, name)[kept] for name in ("rows", "runs", "guess", "weight")}
+        return replace(self, **per_window)
 
     @property
     def at_rest(self) -> bool:
@@ -78,7 +85,7 @@ class Windows:
         self, measured: Array, time: Array, u: Array, load: Array, p: Array, output: Array, rate: Array, states: Array
     ) -> None:
         """`driven_body.replay_windows` of these."""
-        windows = self.rows, self.used, self.guess, self.weight
+        windows = self.rows, self.runs, self.used, self.guess, self.weight
         driven_body.replay_windows(*windows, measured, time, u, load, p, output, rate, states)
 
     @classmethod
@@ -92,13 +99,14 @@ class Windows:
         """
         count = len(time)
         used = ~in_blocks(time, np.arange(WHOLE) % EVERY == EVERY - 1)
-        guess, weight = np.array([[float(output[0]), 0.0]]), np.zeros((1, 2))
+        guess, weight = np.full((1, 2, 2), [float(output[0]), 0.0]), np.zeros((1, 2, 2))
         lead = 0
         if fitted and count >= LEAST_LEAD:
             lead = count
-            guess[0], weight[0] = _first(time, output)
+            guess[0, 1], weight[0, 1] = _first(time, output)
         length = float(time[-1] - time[0])
-        return cls(np.array([[0, lead, 0, count]], dtype=np.intp), used, guess, weight, length)
+        rows, runs = np.array([[0, lead, 0, count]], dtype=np.intp), np.zeros((1, 3), dtype=np.intp)
+        return cls(rows, runs, used, guess, weight, length)
 
     @classmethod
     def of(cls, time: Array, output: Array, length: float | None, margin: float = 0.0, fitted: bool = False) -> Windows:
@@ -118,16 +126,25 @@ class Windows:
         edges = time[0] + duration * np.arange(blocks + 1) / blocks
         edges[-1] = np.inf
         lead, held = LEAD * duration / blocks, held_blocks(blocks)
-        rows = []
+        rows, runs, states = [], [], []
         for k in range(blocks):
             own = k == 0 or held[k - 1]
             first = edges[k] + margin * (k > 0) if own else edges[k] - margin - lead
-            at = np.searchsorted(time, [first, first + lead, first + lead if own else edges[k], edges[k + 1]])
-            rows.append(at)
-        table = np.array([row for row in rows if row[3] > row[2]], dtype=np.intp)
-        found = [_guess(time, output, int(first), int(end)) for first, end in table[:, :2]]
-        guess, weight = (np.array([pair[i] for pair in found]) for i in (0, 1))
-        return cls(table, np.ones(len(time), dtype=bool), guess, weight, duration / blocks)
+            row = np.searchsorted(time, [first, first + lead, first + lead if own else edges[k], edges[k + 1]])
+            if row[3] <= row[2]:
+                continue
+            state = _guess(time, output, int(row[0]), int(row[1]))
+            if not own or not rows:  # it may be measured all the way
+                before = int(np.searchsorted(time, edges[max(k - 1, 0)] + margin))
+                runs.append([min(before, row[0]), *row[:2]])
+                states.append((state, state))
+            else:  # through the window before, from where that one takes it
+                runs.append([runs[-1][0], *rows[-1][:2]])
+                states.append((states[-1][1], state))
+            rows.append(row)
+        guess, weight = (np.array([[state[i] for state in pair] for pair in states]) for i in (0, 1))
+        table, before = (np.array(each, dtype=np.intp) for each in (rows, runs))
+        return cls(table, before, np.ones(len(time), dtype=bool), guess, weight, duration / blocks)
 
 
 def blocks_of(time: Array, length: float) -> int:

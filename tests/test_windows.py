@@ -20,6 +20,14 @@ from mmt_drake.simulation import simulate
 from mmt_drake.windows import EVERY, LEAD, Windows, blocks_of, held_blocks, in_blocks, sets_out
 
 BODY = DrivenBodyModel(m=2.0, b=4.0)
+SETTING_IN = parse_model(
+    {
+        "structure": "driven_body",
+        "parameters": {"m": 2.0, "b": 4.0},
+        "effects": [{"name": "dahl_friction", "parameters": {"Fc": 0.8, "sigma": 8.0}}],
+    },
+    "friction that sets in over 0.1 m",
+)
 TIME = np.arange(0.0, 30.0, 2e-3)
 NOISE = 1e-4
 PENDULUM = {"structure": "driven_body", "gravity": {"kind": "pendulum", "value": 9.0}}
@@ -35,9 +43,10 @@ def recorded(body, *, drive=INPUT, noise=NOISE, position=0.0, rate=0.0):
     return Recording(TIME, {"input": INPUT, "output": noisy}, "carriage"), np.column_stack([output, rates])
 
 
+@pytest.mark.parametrize("body", [BODY, SETTING_IN], ids=["friction of now", "friction that remembers"])
 @pytest.mark.parametrize("length", [1.0, 2.5, 5.0])
-def test_no_held_out_sample_sets_a_state_that_is_scored(length):
-    recording, _ = recorded(BODY)
+def test_no_held_out_sample_sets_a_state_that_is_scored(body, length):
+    recording, _ = recorded(body)
     windows = Windows.of(TIME, recording["output"], length)
     out = in_blocks(TIME, held_blocks(blocks_of(TIME, length)))
     scored = np.zeros(len(TIME), dtype=int)
@@ -49,7 +58,7 @@ def test_no_held_out_sample_sets_a_state_that_is_scored(length):
     assert scored[out].min() == scored.max() == 1
     spoilt = recording["output"] + 1.0 * out
     told = Recording(TIME, {"input": INPUT, "output": spoilt}, "spoilt")
-    one, other = (in_windows(BODY, r, Windows.of(TIME, r["output"], length))[0]["output"] for r in (recording, told))
+    one, other = (in_windows(body, r, Windows.of(TIME, r["output"], length))[0]["output"] for r in (recording, told))
     np.testing.assert_array_equal(one[windows.scored], other[windows.scored])
 
 
@@ -64,8 +73,9 @@ def test_what_a_model_leaves_out_shows_as_much_as_from_known_states(truth, drift
     fitted = in_windows(BODY, recording, windows)[0]["output"]
     known = Windows(
         np.column_stack([windows.rows[:, 2]] * 3 + [windows.rows[:, 3]]),
+        np.column_stack([windows.rows[:, 2]] * 3),
         windows.used,
-        motion[windows.rows[:, 2]],
+        np.stack([motion[windows.rows[:, 2]]] * 2, axis=1),
         windows.weight,
         windows.length,
     )
@@ -76,6 +86,17 @@ def test_what_a_model_leaves_out_shows_as_much_as_from_known_states(truth, drift
     recording, motion = recorded(truth)
     right = in_windows(truth, recording, Windows.of(TIME, recording["output"], 2.5))[0]["output"]
     assert np.sqrt(np.mean((right - motion[:, 0])[scored] ** 2)) < 3.0 * NOISE
+
+
+def test_a_window_begins_with_what_friction_remembers_of_the_motion_before_it():
+    recording, motion = recorded(SETTING_IN)
+    windows = Windows.of(TIME, recording["output"], 2.5)
+    right = in_windows(SETTING_IN, recording, windows)[0]["output"]
+    off = np.sqrt(np.mean((right - motion[:, 0])[windows.scored] ** 2))
+    forgotten = replace(windows, runs=np.repeat(windows.rows[:, :1], 3, axis=1))
+    without = in_windows(SETTING_IN, recording, forgotten)[0]["output"]
+    assert off < 3.0 * NOISE
+    assert np.sqrt(np.mean((without - motion[:, 0])[windows.scored] ** 2)) > 10.0 * off
 
 
 def driven_track(length):

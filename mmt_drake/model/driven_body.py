@@ -147,6 +147,7 @@ def replay_part(
 @njit(cache=True, error_model="numpy", nogil=True)
 def replay_windows(
     rows: Numbers,
+    runs: Numbers,
     used: Flags,
     guess: Array,
     weight: Array,
@@ -162,45 +163,57 @@ def replay_windows(
     """Simulation over windows, each from the state that fits its lead-in (`mmt_drake.windows`).
 
     The state is found by a few Gauss-Newton steps from the guess, with the derivatives there; a step that makes it
-    worse is shortened. What laws remember there comes of the measured motion before it, a window long: nothing is
-    fitted to that.
+    worse is shortened.
 
     Args:
-        rows, used, guess, weight: as in `Windows`.
+        rows, runs, used, guess, weight: as in `Windows`.
         measured: (n,) output that the lead-ins are fitted to.
         time, u, load, p: as of `replay`.
         output, rate: (n,) filled, lead-ins included where nothing is scored.
         states: (w, 2) filled with the position and rate at each window's first sample.
     """
-    drive, work = (time, u, load, p), (np.empty(STATE_SIZE), output, rate, np.empty((2, len(time))))
+    n, state = len(time), np.empty(STATE_SIZE)
+    drive, moved = (time, u, load, p), np.empty((2, n))
+    work, run = (state, output, rate, moved), (state, np.empty(n), np.empty(n), moved)
     for i in range(len(rows) - 1, -1, -1):  # what a window scores lies over the lead-in of the next one
         first, lead, end = rows[i, 0], rows[i, 1], rows[i, 3]
-        knot = max((lead - first) // _KNOTS, 1)
-        q = _remembered(first - min(first, end - first) // knot * knot, first, knot, measured, drive, work[0])
-        states[i, 0], states[i, 1] = guess[i, 0], guess[i, 1]
+        q = _remembered(runs[i], first, used, guess[i, 0], weight[i, 0], measured, drive, run)
+        states[i, 0], states[i, 1] = guess[i, 1, 0], guess[i, 1, 1]
         if lead > first:
-            states[i, 0], states[i, 1] = _fit_state(q, first, lead, used, guess[i], weight[i], measured, drive, work)
-        _replay_from(states[i, 0], states[i, 1], q, first, end, drive, work[0], output, rate)
+            fitted = _fit_state(q, first, lead, used, guess[i, 1], weight[i, 1], measured, drive, work)
+            states[i, 0], states[i, 1] = fitted
+        _replay_from(states[i, 0], states[i, 1], q, first, end, drive, state, output, rate)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _remembered(before: int, first: int, knot: int, measured: Array, drive: Drive, state: Array) -> Memory:
-    """What laws remember at the sample `first` after the measured motion from the sample `before` on.
+def _remembered(
+    run: Numbers, first: int, used: Flags, guess: Array, weight: Array, measured: Array, drive: Drive, work: Work
+) -> Memory:
+    """What laws remember at the sample `first` after a run, one of `Windows.runs`, whose guess and weight are (2,).
 
-    The motion goes straight through one of every `knot` samples: from one sample to the next its noise is a way, too.
+    Measured motion goes straight through a few knots in the time of a lead-in: from one sample to the next its noise is
+    a way, too.
     """
-    time, u, load, p = drive
-    begin(state, time[before], u[before], load[before], measured[before])
+    (time, u, load, p), (state, output, rate, _) = drive, work
+    before, begun, lead = run
+    knot = max((lead - begun) // _KNOTS, 1)
+    k = before + (begun - before) % knot
+    begin(state, time[k], u[k], load[k], measured[k])
     state[BEGAN] = time[0]
-    for k in range(before + knot, first + 1, knot):
+    if not constants(p).remembers:
+        return read_memory(state, BODY + MEMORY)
+    while k < begun:
+        k += knot
         h = time[k] - state[TIME]
         c = _constants_at(state, time[k], p)
-        if not c.remembers:
-            break
         line, normal, start = _pushed(state, h, u[k], load[k], c)
         path = Cubic(measured[k - knot], (measured[k] - measured[k - knot]) / h, 0.0, 0.0)
         advance_memory(state, BODY, h, path, Surroundings(line, normal, 0.0, True, start, level_spring(c)), c)
         state[TIME], state[INPUT], state[LOAD] = time[k], u[k], load[k]
+    if begun < first:
+        q = read_memory(state, BODY + MEMORY)
+        x, v = _fit_state(q, begun, lead, used, guess, weight, measured, drive, work)
+        _replay_from(x, v, q, begun, first + 1, drive, state, output, rate)
     return read_memory(state, BODY + MEMORY)
 
 
