@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -43,9 +44,38 @@ LONG, _FEWEST = 12_000, 3
 
 _NODES = 6  # of the interpolation in time
 
+T = TypeVar("T")
 States = Mapping[str, Array]
+"""The signals that a missing force may depend on, by name."""
+STATES = {
+    "sliding_velocity": ("v", "sliding velocity", "m/s"),
+    "deflection": ("d", "deflection", "m"),
+    "deflection_rate": ("d'", "deflection rate", "m/s"),
+    "position": ("x", "body position", "m"),
+    "load": ("N", "normal load", "N"),
+    "depth": ("depth", "depth", "m"),
+    "depth_rate": ("depth'", "depth rate", "m/s"),
+    "input": ("u", "input", ""),
+}
+"""Name -> how it is written in a formula and on a figure, and its unit."""
 Replayed = tuple[Array, Callable[[], States]]
 """An output (n,), and the signals that belong to it where they are asked for: a search asks for none."""
+
+
+class LatestReplay(threading.local):
+    """The latest replay of each thread, which the tracks of a recording's other axes ask for again."""
+
+    _recording: Smoothed | None = None
+    _numbers: object = None
+    _found: Any = None
+
+    def of(self, recording: Smoothed, numbers: object, replay: Callable[[], T]) -> T:
+        """What `replay` makes of a recording with a model's numbers, if it is not the latest already."""
+        if self._recording is not recording or self._numbers != numbers:
+            self._found = replay()
+            self._recording, self._numbers = recording, numbers
+        found: T = self._found
+        return found
 
 
 @dataclass(frozen=True)
@@ -71,20 +101,27 @@ class Track(ABC):
         """(n,) [s]."""
         return self.smoothed.time
 
-    @property
+    @cached_property
     def measured(self) -> Array:
-        """(n,) filtered output."""
-        return self.smoothed.output[:, self.column]
+        """(n,) filtered output; 0 where the sensor was at a limit."""
+        return np.nan_to_num(self.smoothed.output[:, self.column])
 
-    @property
+    @cached_property
     def weight(self) -> Array:
-        """(n,) 1 where measured and simulated output can be compared; in free space too, where the sensor is alone."""
-        return self.smoothed.weight
+        """(n,) 1 where measured and simulated output can be compared; in free space too, where the sensor is alone.
+
+        0 where the sensor was at a limit.
+        """
+        return self.smoothed.weight * np.isfinite(self.smoothed.output[:, self.column])
+
+    def compared(self, heldout: bool) -> Flags:
+        """(n,) samples that are compared: those held out, or the others."""
+        return (self.heldout == heldout) & (self.weight > 0.0)
 
     @property
     def is_whole(self) -> bool:
-        """Whether all of the output was recorded as it was."""
-        return True
+        """Whether all of the output was recorded as it was: its sensor was at no limit."""
+        return bool(np.isfinite(self.smoothed.output[:, self.column]).all())
 
     @property
     def tells_scale(self) -> bool:
