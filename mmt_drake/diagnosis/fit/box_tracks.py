@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mmt_drake.diagnosis.fit.tracks import NOISY, LatestReplay, Replayed, States, Track, coarsened
+from mmt_drake.diagnosis.fit.latest_replay import LatestReplay
+from mmt_drake.diagnosis.fit.tracks import NOISY, Replayed, States, Track, coarsened
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput
 from mmt_drake.model.flexible_box_replay import replay_axis, replay_plane

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmt_drake.diagnosis.fit.tracks import LatestReplay, Replayed, Track
+from mmt_drake.diagnosis.fit.latest_replay import LatestReplay
+from mmt_drake.diagnosis.fit.tracks import Replayed, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput
 from mmt_drake.model import surface_contact

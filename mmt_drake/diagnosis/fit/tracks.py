@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Self, TypeVar
+from typing import Self
 
 import numpy as np
 
@@ -44,7 +43,6 @@ LONG, _FEWEST = 12_000, 3
 
 _NODES = 6  # of the interpolation in time
 
-T = TypeVar("T")
 States = Mapping[str, Array]
 """The signals that a missing force may depend on, by name."""
 STATES = {
@@ -60,22 +58,6 @@ STATES = {
 """Name -> how it is written in a formula and on a figure, and its unit."""
 Replayed = tuple[Array, Callable[[], States]]
 """An output (n,), and the signals that belong to it where they are asked for: a search asks for none."""
-
-
-class LatestReplay(threading.local):
-    """The latest replay of each thread, which the tracks of a recording's other axes ask for again."""
-
-    _recording: Smoothed | None = None
-    _numbers: object = None
-    _found: Any = None
-
-    def of(self, recording: Smoothed, numbers: object, replay: Callable[[], T]) -> T:
-        """What `replay` makes of a recording with a model's numbers, if it is not the latest already."""
-        if self._recording is not recording or self._numbers != numbers:
-            self._found = replay()
-            self._recording, self._numbers = recording, numbers
-        found: T = self._found
-        return found
 
 
 @dataclass(frozen=True)
