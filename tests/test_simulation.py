@@ -6,11 +6,11 @@ from scipy.integrate import solve_ivp
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
-from mmt_drake.model import driven_body, flexible_box, kelvin_voigt
+from mmt_drake.model import driven_body
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
-from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
+from mmt_drake.motion.delay import delayed_input
 from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
 from mmt_drake.simulation import simulate
@@ -118,40 +118,6 @@ REMEMBERING = {
     "load_dependent_friction": {"mu": 0.1},
     "time_delay": {"delay": 0.0123},
 }
-SENSOR = {"force_lag": {"tau": 0.01}, "force_crosstalk": {"gain": 0.2}, "force_bias": {"bias": 0.3}}
-
-
-@pytest.mark.parametrize("told", [False, True])
-def test_a_box_with_effects_is_what_the_compiled_replay_gives(told):
-    t = uneven_times(1500)
-    position, velocity = smooth(t)
-    position[:, 2] += 0.002 * np.sin(9 * (t - t[0]))
-    velocity[:, 2] += 0.018 * np.cos(9 * (t - t[0]))
-    position[:, 2] += 0.002  # it touches and leaves
-    flag = (np.sin(5 * (t - t[0])) > -0.5).astype(float)
-    model = with_effects(FlexibleBoxModel(BoxParameters(Fc=0.2)), **REMEMBERING, **SENSOR)
-    result = simulate(model, recording(t, position, velocity, **({"in_contact": flag} if told else {})))
-    s = t - t[0]
-    late = delayed_motion(s, position, velocity, 0.0123)
-    contact = delayed_flag(s, flag, 0.0123) if told else np.full(len(t), flexible_box.CONTACT_BY_GEOMETRY)
-    force, body = np.empty((len(t), 3)), np.empty((len(t), 4))
-    flexible_box.replay(s, *late, contact, model.kernel_vector(), force, body)
-    np.testing.assert_allclose(result.vector("force"), force, atol=1e-9)
-    assert force[:, 1].std() > 0.5
-
-
-def test_a_kelvin_voigt_contact_with_effects_is_what_the_compiled_replay_gives():
-    t = uneven_times(1000)
-    position, velocity = smooth(t)
-    x, v = position[:, 1].copy(), velocity[:, 1].copy()
-    model = with_effects(KelvinVoigt(k=300, b=20, x0=0.002, F0=0.3), **REMEMBERING, force_lag={"tau": 0.01})
-    result = simulate(model, Recording(t, {"position": x, "force": 0 * x, "velocity": v}))
-    s = t - t[0]
-    late_position, late_velocity = delayed_motion(s, position, velocity, 0.0123)
-    force = np.empty(len(t))
-    args = late_position[:, 1].copy(), late_velocity[:, 1].copy(), np.zeros(len(t)), model.kernel_vector()
-    kelvin_voigt.replay(s, *args, force)
-    np.testing.assert_allclose(result["force"], force, atol=1e-9)
 
 
 @pytest.mark.parametrize("recorded", [True, False])

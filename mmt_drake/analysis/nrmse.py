@@ -6,6 +6,11 @@ from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 
 
+def rms(values: Array) -> float:
+    """Root of the mean square; 0 of nothing."""
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
 def nrmse(measured: Array, simulated: Array) -> float | None:
     """sqrt(mean((measured - simulated)^2)) / std(measured), (n,) each; None where `measured` does not vary.
 

@@ -11,22 +11,18 @@ from typing import cast
 from threadpoolctl import threadpool_limits
 
 from mmt_drake.diagnosis.decide import gate
-from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
 from mmt_drake.diagnosis.decide.confirm import is_confirmed
 from mmt_drake.diagnosis.decide.delivered import agreed, outstanding
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.event_times import released
-from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
-from mmt_drake.diagnosis.fit.prepare import Prepared, prepare, scales_of
+from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagnosis.fit.workers import workers
-from mmt_drake.diagnosis.on_surface import BEST, PARAMETERS, SurfaceSession
-from mmt_drake.diagnosis.on_surface import STAGES as SURFACE_STAGES
+from mmt_drake.diagnosis.fit.workers import given_or_own
+from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import other_curves, tables, worth_while
@@ -35,14 +31,14 @@ from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
 from mmt_drake.diagnosis.search.screening import TRY_MORE
 from mmt_drake.diagnosis.search.watch import NOTHING, OnAnswer, OnStage, SearchSetup, Watch
+from mmt_drake.diagnosis.session import BEST, PARAMETERS, DiagnosisSession
 from mmt_drake.diagnosis.tell import document
-from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
+from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, refused
 from mmt_drake.diagnosis.tell.prescribe import prescribe
 from mmt_drake.diagnosis.tell.result import TABULATED
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import MmtError, attempt
-from mmt_drake.model.structure import Structure
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model, compared, model_data
 from mmt_drake.over import with_knots
@@ -54,7 +50,6 @@ LOOK_CLOSER = 6.0
 """RMS of the residual over the noise floor above which accurate integration would not make a fit explain enough."""
 NOISE_ALONE = 1.1
 """... and above which what is named may stand in a poor minimum: intervals say nothing of a better one elsewhere."""
-MOST_EFFECTS = 2
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 NEAR = 1.5
@@ -62,7 +57,7 @@ NEAR = 1.5
 
 _MINIMUM = "whether there is a better minimum"
 _SHAPE, _NEXT = "the shape of what is left", "what to record next"
-_STAGES = (PARAMETERS, *LEVELS[:MOST_EFFECTS], BEST, _MINIMUM, _SHAPE, _NEXT)
+_STAGES = (PARAMETERS, *LEVELS, BEST, _MINIMUM, _SHAPE, _NEXT)
 _AT_BOUND = (
     "Fitted to the recordings, the model's {} ends {:g} times away from what was handed in, or is driven further: the "
     "model is too far from this system, or this recording says nothing of it. Nothing can be said of physics that may "
@@ -108,29 +103,19 @@ def diagnose(
     model = compared(model, prepared.window_s, prepared.initial)
     if prepared.problem is None or prepared.fine is None:
         return _timed(refused(prepared, model), begun)
-    if executor is None:
-        with workers() as threads:
-            return diagnose(
-                recordings,
-                model,
-                library=library,
-                executor=threads,
-                on_stage=on_stage,
-                on_answer=on_answer,
-                time_budget=time_budget,
-            )
     model = cast(Model, said(prepared.problem, model, prepared.skew))
     every = LIBRARY.values() if library is None else library
     effects = [e.within(model) for e in every if e.name != TABULATED]
-    session: SurfaceSession | _Session
-    if isinstance(model, SurfaceContact):
-        watch = Watch(SURFACE_STAGES, on_stage, time_budget, on_answer)
-        session = SurfaceSession(prepared, prepared.problem, model, effects, executor, watch)
-    else:
-        watch = Watch(_STAGES, on_stage, time_budget, on_answer)
-        session = _Session(prepared, prepared.problem, prepared.fine, model, effects, executor, watch, Polish(executor))
+    problem, fine = prepared.problem, prepared.fine
+    on_surface = isinstance(model, SurfaceContact)
+    watch = Watch(SurfaceSession.STAGES if on_surface else _STAGES, on_stage, time_budget, on_answer)
     # The fits run beside each other already, and sums come out the same wherever they are formed.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with given_or_own(executor) as workers, threadpool_limits(limits=1, user_api="blas"):
+        session: DiagnosisSession
+        if on_surface:
+            session = SurfaceSession(prepared, problem, problem, model, effects, workers, watch)
+        else:
+            session = _LawSession(prepared, problem, fine, model, effects, workers, watch, Polish(workers))
         try:
             return _timed(session.run(), begun)
         except KeyboardInterrupt:
@@ -138,51 +123,37 @@ def diagnose(
 
 
 @dataclass(frozen=True)
-class _Session:
-    """One diagnosis on its way."""
+class _LawSession(DiagnosisSession):
+    """One diagnosis that searches laws, one, then two at once.
 
-    prepared: Prepared
-    problem: Problem
-    fine: Problem
-    model: Structure
-    library: Sequence[Effect]
-    executor: Executor
-    watch: Watch
+    Attributes:
+        polish: takes fits on to the clock of the verdict.
+    """
+
     polish: Polish
 
-    def run(self) -> Outcome:
-        self.watch.begin(PARAMETERS)
-        skew = self.prepared.skew
-        nominal, refit = fit_base(self.problem, self.model, skew, self.executor)
-        problem, fine = (
-            replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse)
-            for p, coarse in ((self.problem, COARSE), (self.fine, 1.0))
-        )
-        nominal, refit = fit_base(fine, self.model, skew, self.executor, refit)
-        standard = NoiseReference.of(fine)
-        verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
-        if verdict == "parameters" and not document.parameters(refit, intervals(fine, refit)):
-            verdict = "no_mismatch"
-        if verdict == "parameters" and at_bounds(refit):
-            return self._refused_at_bounds(refit)
-        ruler = Ruler(self.prepared, fine)
-        if verdict is not None:
-            best = nominal if verdict == "no_mismatch" else refit
-            judgement = Judgement(verdict, standard, refit, best, ruler, self._shares(ruler, best))
-            return outcome_of(self.prepared, self.model, judgement)
-        _, start = fit_base(problem, self.model, skew, self.executor, refit)
+    def searched(self, problem: Problem, standard: NoiseReference, refit: Fitted) -> Outcome:
+        """See `DiagnosisSession.searched`."""
+        _, start = fit_base(problem, self.model, self.prepared.skew, self.executor, refit)
         self.watch.saw(NOTHING, problem.left(start))
         setup = SearchSetup(problem, self.library, scales_of(problem, start.model), self.executor, self.watch)
         with self.watch.within(SEARCHING):
-            levels = search(setup, start, enough=partial(self._enough, problem, standard), most=MOST_EFFECTS)
+            levels = search(setup, start, enough=partial(self._enough, problem, standard))
         return self._judged(problem, standard, refit, levels)
+
+    def refused_at_bounds(self, refit: Fitted) -> Outcome | None:
+        """See `DiagnosisSession.refused_at_bounds`."""
+        driven = at_bounds(refit)
+        if not driven:
+            return None
+        return refused(self.prepared, self.model, _AT_BOUND.format(" and ".join(sorted(driven)), FARTHEST))
 
     def _judged(
         self, problem: Problem, standard: NoiseReference, refit: Fitted, levels: Sequence[Sequence[Fitted]]
     ) -> Outcome:
         """The verdict on what the search has found, on the fine clock."""
         tried = len({f.hypothesis.key for level in levels for f in level})
-        found = gate.ranked(NoiseReference.of(problem), levels)
+        found = gate.ranked(problem, [f for level in levels for f in level])
         standard, refit = _with_events(standard, refit, found)
         fine = standard.problem
         self.watch.begin(BEST)
@@ -192,37 +163,35 @@ class _Session:
             fine, [refit, *polished], {f.hypothesis.key: not_to_be_named(fine, f) for f in polished}
         )
         others = (attempt(fine.unchanged, f.hypothesis, f.x) for f in found[: document.MOST_LISTED] if f not in first)
-        known = [*gate.ranked(standard, [polished]), *(f for f in others if f is not None)]
-        ruler = Ruler(self.prepared, fine)
-        nothing = Judgement(
-            "unexplained", standard, refit, refit, ruler, (), known, believed, tried, untried=self.watch.missed
-        )
+        known = [*gate.ranked(fine, polished), *(f for f in others if f is not None)]
+        nothing = Judgement("unexplained", standard, refit, refit, (), known, believed, tried, self.watch.missed)
         judgement = self._named(nothing, [refit, *polished], levels)
         if judgement is not None:
             if judgement.verdict == "partly_explained":
                 judgement = self._with_table(problem, judgement, polished)
-            outcome = outcome_of(self.prepared, self.model, judgement)
+            outcome = self.told(judgement)
             named = outcome.diagnosis.effects[: len(judgement.best.hypothesis.effects)]
             settled = judgement.verdict != "ambiguous" and all(e.certain == "law" for e in named)
             # A name that nothing else stands against is unsure for want of time, or of a law: no motion would tell.
             return outcome if settled or len(believed.members) == 1 else self._prescribed(outcome, believed.members)
         nothing_stands = not believed.members[0].hypothesis.effects
-        if at_bounds(refit) and nothing_stands and not self.watch.missed:
-            return self._refused_at_bounds(refit)
+        if nothing_stands and not self.watch.missed and (at_bound := self.refused_at_bounds(refit)) is not None:
+            return at_bound
         judgement = self._with_table(problem, nothing, polished)
         if judgement.learned is None and self._is_short() and nothing_stands:
             return refused(self.prepared, self.model, _TOO_LITTLE)
         handed_in = fine.at(refit.hypothesis, refit.hypothesis.base())
-        best = handed_in if ruler.of(self.model) < ruler.fitted(refit) else refit  # a refit may predict worse
-        judgement = replace(judgement, best=best, shares=self._shares(ruler, best))
+        ruler = self.ruler(fine)
+        best = handed_in if ruler.of(self.model) < ruler.of(refit.model) else refit  # a refit may predict worse
+        judgement = replace(judgement, best=best, shares=self.shares(fine, best))
         if nothing_stands and judgement.learned is None and not judgement.untried:
             changed = best is refit and bool(document.parameters(refit, intervals(fine, refit)))
             left = standard.left(handed_in), standard.left(refit)
             verdict = gate.without_names(judgement.shares, *left, changed)
             if verdict == "no_mismatch":
-                judgement = replace(judgement, best=handed_in, shares=self._shares(ruler, handed_in))
+                judgement = replace(judgement, best=handed_in, shares=self.shares(fine, handed_in))
             judgement = replace(judgement, verdict=verdict)
-        return outcome_of(self.prepared, self.model, judgement)
+        return self.told(judgement)
 
     def _with_table(self, problem: Problem, judgement: Judgement, tried: Sequence[Fitted]) -> Judgement:
         """The judgement with the table of what its fit leaves, if that is worth while.
@@ -241,9 +210,9 @@ class _Session:
         shapes = tables(problem, refitted, self.executor, self.watch.is_late)
         learned = worth_while(standard.problem, best, shapes)
         if learned is not None:
-            least, ruler = min((standard.heldout(f) for f in tried), default=math.inf), judgement.ruler
+            least, ruler = min((standard.heldout(f) for f in tried), default=math.inf), self.ruler(standard.problem)
             # In the band that was fitted, and over all that was recorded.
-            better = standard.heldout(learned.fitted) < least and ruler.fitted(learned.fitted) < ruler.fitted(best)
+            better = standard.heldout(learned.fitted) < least and ruler.of(learned.fitted.model) < ruler.of(best.model)
             learned = learned if better else None
         return replace(judgement, learned=learned, shapes=shapes)
 
@@ -264,16 +233,15 @@ class _Session:
             return None
         self.watch.begin(_MINIMUM)
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
-        ruler = nothing.ruler
-        shares = self._shares(ruler, best, fits)
+        shares = self.shares(standard.problem, best, fits)
         if sure and (fewer := outstanding(standard.problem, best, shares, fits)) is not best:
-            best, shares = fewer, self._shares(ruler, fewer, fits)
+            best, shares = fewer, self.shares(standard.problem, fewer, fits)
         count = len(best.hypothesis.effects)
         tried = len({f.hypothesis.key for level in levels for f in level if len(f.hypothesis.effects) == count})
         confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)
         if standard.gain(refit, best) < gate.GAIN or not confirmed:
             return None
-        verdict = gate.with_physics(standard.left(best), shares, 1.0 - ruler.fitted(best) / ruler.fitted(refit))
+        verdict = self.verdict_on(best, refit, standard, shares)
         if verdict == "unexplained":
             return None
         ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]
@@ -281,22 +249,6 @@ class _Session:
             return replace(nothing, verdict="ambiguous", best=best, shares=shares, ranked=ranked)
         bent = other_curves(standard.problem, best, self.executor) if standard.left(best) > TRY_MORE else frozenset()
         return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked, bent=bent)
-
-    def _shares(self, ruler: Ruler, best: Fitted, fits: Sequence[Fitted] = ()) -> tuple[BudgetPart, ...]:
-        """The budget of a delivered fit, given others: of these those with one of its effects less are used."""
-        wrong = document.parameters(best, intervals(ruler.problem, best))
-        key = best.hypothesis.key
-        without = {
-            name: f
-            for f in fits
-            for name in key - f.hypothesis.key
-            if f.hypothesis.key < key and len(f.hypothesis.key) == len(key) - 1
-        }
-        return budget(ruler, self.model, best, wrong, without)
-
-    def _refused_at_bounds(self, refit: Fitted) -> Outcome:
-        symbols = " and ".join(sorted(at_bounds(refit)))
-        return refused(self.prepared, self.model, _AT_BOUND.format(symbols, FARTHEST))
 
     def _enough(self, problem: Problem, standard: NoiseReference, fitted: Fitted) -> bool:
         """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""

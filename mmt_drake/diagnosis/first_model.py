@@ -20,7 +20,7 @@ from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.rough import rough_model
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagnosis.fit.workers import workers
+from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.search.base import CONVERGED, STEPS
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.watch import OnStage, Stage
@@ -77,24 +77,21 @@ def fit(
         BadInput: recordings of different kinds, or a structure that does not belong to them; see `rough_model`.
         Interrupted: a KeyboardInterrupt, with the best numbers by then.
     """
-    if executor is None:
-        with workers() as threads:
-            return fit(recordings, structure, executor=threads, on_stage=on_stage)
     for recording in recordings[1:]:
         if recording.kind != recordings[0].kind:
             raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=recordings[0].kind)
     model = rough_model(recordings[0], structure)
     if isinstance(model, SurfaceContact):
         return _guessed(recordings, model)
-    with threadpool_limits(limits=1, user_api="blas"):
-        return _Search(recordings, executor, on_stage).run(model)
+    with given_or_own(executor) as workers, threadpool_limits(limits=1, user_api="blas"):
+        return _Search(recordings, workers, on_stage).run(model)
 
 
 def _guessed(recordings: Sequence[Recording], model: SurfaceContact) -> FirstModel:
     """A model that was not fitted, since what is pressed on is not known."""
     prepared = prepare(recordings, model)
     if prepared.problem is None:
-        return FirstModel(model, prepared.findings, reason=prepared.reason or "Nothing in these recordings moves.")
+        return FirstModel(model, prepared.findings, reason=prepared.refusal)
     numbers = (
         FirstNumber(symbol, value, unit, (value / FARTHEST, value * FARTHEST), "cannot be told")
         for symbol, value, unit in (("k", model.k, "N/m"), ("b", model.b, "N s/m"))
@@ -122,7 +119,7 @@ class _Search:
         if not self._best:
             return Interrupted("no number is known yet")
         (best,) = self._best
-        numbers = best.hypothesis.structure_values(best.x)
+        numbers = best.structure_values
         said = ", ".join(f"{symbol} {value:.3g}" for symbol, value in numbers.items())
         name = best.hypothesis.nominal.NAME
         return Interrupted(f"so far {said}, not fitted to the end", {"structure": name, "unfinished_numbers": numbers})
@@ -133,8 +130,7 @@ class _Search:
             self.on_stage(Stage("recordings", then=(_PARAMETERS, _INTERVALS)))
             prepared = prepare(self.recordings, model)
             if prepared.problem is None:
-                reason = prepared.reason or "Nothing in these recordings moves."
-                return FirstModel(model, prepared.findings, reason=reason)
+                return FirstModel(model, prepared.findings, reason=prepared.refusal)
             hypothesis = Hypothesis.of(compared(model, prepared.window_s, prepared.initial), prepared.skew)
             hypothesis = replace(hypothesis, unseen=prepared.problem.unseen)
             hypothesis = replace(hypothesis, widened=frozenset(hypothesis.free))
@@ -232,7 +228,7 @@ def _about(best: Fitted) -> Model:
     nominal = best.hypothesis.nominal
     found = {
         symbol: math.copysign(max(abs(value), abs(nominal.parameter(symbol)) / FARTHEST), value)
-        for symbol, value in best.hypothesis.structure_values(best.x).items()
+        for symbol, value in best.structure_values.items()
     }
     return cast(Model, replace(nominal.with_parameters(**found), window_s=None, initial="rest"))
 
@@ -259,12 +255,12 @@ def _simplest(problem: Problem, best: Fitted, ci: Mapping[str, Interval]) -> Fit
     """The fit with all numbers 0 that may be, one after the other, the least certain first."""
     may_be = [s for s in best.hypothesis.free if ci[s][0] <= 0.0 <= ci[s][1]]
     tolerated = best.cost + _tolerated(problem, best)
-    for symbol in sorted(may_be, key=lambda s: abs(best.hypothesis.structure_values(best.x)[s]) / np.ptp(ci[s])):
+    for symbol in sorted(may_be, key=lambda s: abs(best.structure_values[s]) / np.ptp(ci[s])):
         nominal = attempt(best.hypothesis.nominal.with_parameters, **{symbol: 0.0})
         if nominal is None:  # a mass is never 0, however little is known of it
             continue
         hypothesis = replace(best.hypothesis, nominal=nominal)
-        start = hypothesis.vector(best.hypothesis.structure_values(best.x), {}, best.skew)
+        start = hypothesis.vector(best.structure_values, {}, best.skew)
         without = attempt(problem.fit, hypothesis, start, steps=STEPS, converged_at=CONVERGED)
         if without is not None and without.cost <= tolerated:
             best = without

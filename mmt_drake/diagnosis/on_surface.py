@@ -6,38 +6,27 @@ has it that neither of the two rules out; blocks that no fit and no choice has s
 """
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide import gate
-from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.confirm import is_confirmed
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.on_surface import believed_of
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.places import Explained, Scan
-from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagnosis.search.surfaces import MISSING, OFFSET, ONE_MORE, SMOOTHNESS, SurfaceSearch
-from mmt_drake.diagnosis.search.watch import Watch
-from mmt_drake.diagnosis.tell import document
-from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, outcome_of, refused
+from mmt_drake.diagnosis.session import BEST, PARAMETERS, DiagnosisSession
+from mmt_drake.diagnosis.tell.outcome import Judgement, Outcome, refused
 from mmt_drake.diagnosis.tell.summary import summary_of
-from mmt_drake.effects.effect import Effect
-from mmt_drake.model.surface_contact import SurfaceContact
-from mmt_drake.numeric.arrays import Array
 
-PARAMETERS, BEST = "parameters", "what came out best, once more"
-"""Stages that every diagnosis has."""
-STAGES = (PARAMETERS, SMOOTHNESS, MISSING, OFFSET, ONE_MORE, BEST)
-"""Of the work."""
 _TOLD = 0.5
 """A stiffness is told if its interval is less than this part of it."""
 _NOT_LEVEL = (
@@ -46,46 +35,15 @@ _NOT_LEVEL = (
 )
 
 
-@dataclass(frozen=True)
-class SurfaceSession:
-    """One diagnosis of a tip on a surface, on its way.
+class SurfaceSession(DiagnosisSession):
+    """One diagnosis of a tip on a surface; it is searched on the clock of the verdict."""
 
-    Attributes:
-        prepared: the recordings.
-        problem: these, with a noise floor for each axis.
-        model: the model handed in.
-        library: effects that may be missing.
-        executor: runs the fits.
-        watch: sees to the time.
-    """
+    STAGES = (PARAMETERS, SMOOTHNESS, MISSING, OFFSET, ONE_MORE, BEST)
+    """Of the work."""
 
-    prepared: Prepared
-    problem: Problem
-    model: SurfaceContact
-    library: Sequence[Effect]
-    executor: Executor
-    watch: Watch
-
-    def run(self) -> Outcome:
-        """The verdict, and all that it rests on."""
-        self.watch.begin(PARAMETERS)
-        skew = self.prepared.skew
-        _, first = fit_base(replace(self.problem, coarse=1.0), self.model, skew, self.executor)
-        own = replace(self.problem, coarse=1.0, tracks=with_floors(self.problem.tracks, first.model))
-        nominal, refit = fit_base(own, self.model, skew, self.executor, first)
-        standard = NoiseReference.of(own)
-        verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
-        if verdict == "parameters" and not document.parameters(refit, intervals(own, refit)):
-            verdict = "no_mismatch"
-        if verdict is not None:
-            best = nominal if verdict == "no_mismatch" else refit
-            ruler = Ruler(self.prepared, own)
-            wrong = document.parameters(best, intervals(own, best))
-            judgement = Judgement(verdict, standard, refit, best, ruler, budget(ruler, self.model, best, wrong, {}))
-            return outcome_of(self.prepared, self.model, judgement)
-        return self._searched(_one_noise(own), refit)
-
-    def _searched(self, problem: Problem, refit: Fitted) -> Outcome:
+    def searched(self, problem: Problem, standard: NoiseReference, refit: Fitted) -> Outcome:
+        """See `DiagnosisSession.searched`."""
+        problem = _one_noise(standard.problem)
         scan, explained = SurfaceSearch(problem, refit, self.library, self.executor, self.watch).run()
         if not explained or explained[0].hypothesis.effects:  # what leaves nothing out cannot be simulated
             return refused(self.prepared, self.model, _NOT_LEVEL)
@@ -99,19 +57,16 @@ class SurfaceSession:
         fits = [scan.fitted(one) for one in explained]
         standard, refit = NoiseReference.of(problem), fits[0]
         believed = believed_of(scan, explained, fits)
-        ruler = Ruler(self.prepared, problem)
         ranked = sorted(fits, key=lambda f: f.cost)
-        nothing = Judgement(
-            "unexplained", standard, refit, refit, ruler, (), ranked, believed, len(fits), untried=self.watch.missed
-        )
+        nothing = Judgement("unexplained", standard, refit, refit, (), ranked, believed, len(fits), self.watch.missed)
         judgement = self._named(nothing, scan, explained, fits)
         if judgement is None:
-            best_fit = refit
-            if ruler.of(self.model) < ruler.fitted(refit):
+            best_fit, ruler = refit, self.ruler(problem)
+            if ruler.of(self.model) < ruler.of(refit.model):
                 best_fit = problem.at(refit.hypothesis, refit.hypothesis.base())
-            judgement = replace(nothing, best=best_fit, shares=self._shares(nothing, best_fit, ()))
+            judgement = replace(nothing, best=best_fit, shares=self.shares(problem, best_fit))
         unseen = _unseen(scan, explained, judgement.best)
-        return _with_findings(outcome_of(self.prepared, self.model, judgement), problem, unseen)
+        return _with_findings(self.told(judgement), problem, unseen)
 
     def _named(
         self, nothing: Judgement, scan: Scan, explained: Sequence[Explained], fits: Sequence[Fitted]
@@ -121,9 +76,8 @@ class SurfaceSession:
         assert believed is not None  # of what was searched
         hypothesis = believed.members[0].hypothesis
         unsaid = believed.unsaid[hypothesis.key]
-        for effect in hypothesis.effects:
-            if effect.name in unsaid or believed.depth(effect) is None:
-                hypothesis = hypothesis.without(effect.name)
+        left_out = [e.name for e in hypothesis.effects if e.name in unsaid or believed.depth(e) is None]
+        hypothesis = hypothesis.without(*left_out)
         best = next((f for f in fits if f.hypothesis.key == hypothesis.key), refit)
         sure = bool(best.hypothesis.effects)
         if not sure and believed.members[0].hypothesis.effects:
@@ -133,23 +87,11 @@ class SurfaceSession:
             return None
         if sure and not is_confirmed(problem, refit, best, believed, fits):
             return None
-        shares = self._shares(nothing, best, [f for f in fits if f.hypothesis.key < best.hypothesis.key])
-        of_refit = 1.0 - nothing.ruler.fitted(best) / nothing.ruler.fitted(refit)
-        verdict = gate.with_physics(nothing.standard.left(best), shares, of_refit)
+        shares = self.shares(problem, best, fits)
+        verdict = self.verdict_on(best, refit, nothing.standard, shares)
         if verdict == "unexplained":
             return None
         return replace(nothing, verdict=verdict if sure else "ambiguous", best=best, shares=shares)
-
-    def _shares(self, nothing: Judgement, best: Fitted, fewer: Sequence[Fitted]) -> tuple[BudgetPart, ...]:
-        """The budget of a delivered fit, given fits with some of its effects less."""
-        wrong = document.parameters(best, intervals(nothing.standard.problem, best))
-        without = {
-            name: f
-            for f in fewer
-            for name in best.hypothesis.key - f.hypothesis.key
-            if len(f.hypothesis.key) == len(best.hypothesis.key) - 1
-        }
-        return budget(nothing.ruler, self.model, best, wrong, without)
 
 
 def _unseen(scan: Scan, explained: Sequence[Explained], best: Fitted) -> Finding:
@@ -158,16 +100,12 @@ def _unseen(scan: Scan, explained: Sequence[Explained], best: Fitted) -> Finding
     RMS of the three forces' errors [N], the mean over the axes.
     """
     floor = float(np.mean([track.floor for track in scan.surface.problem.tracks]))
-
-    def rms(residual: Array) -> float:
-        return floor * float(np.sqrt(np.mean(residual**2)))
-
     chosen = next((one for one in explained if one.hypothesis.key == best.hypothesis.key), explained[0])
     figures = {
-        "time_N": rms(chosen.by_time),
-        "place_N": rms(chosen.by_place),
-        "nothing_time_N": rms(explained[0].by_time),
-        "nothing_place_N": rms(explained[0].by_place),
+        "time_N": floor * rms(chosen.by_time),
+        "place_N": floor * rms(chosen.by_place),
+        "nothing_time_N": floor * rms(explained[0].by_time),
+        "nothing_place_N": floor * rms(explained[0].by_place),
     }
     told = {name: significant(value, 3) for name, value in figures.items()}
     text = (

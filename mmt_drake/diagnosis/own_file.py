@@ -1,7 +1,7 @@
 """A look at a file of one's own: what its columns may be, in which unit and sign, and a model of the size that fits."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Final
@@ -54,7 +54,7 @@ class OwnFile:
     source: Path
     columns: ColumnMap
     headers: tuple[str, ...]
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
     recording: Recording | None = None
     model: Model | None = None
 
@@ -108,14 +108,14 @@ def look(path: str | Path) -> OwnFile:
     path = Path(path)
     headers = _headers(path)
     try:
-        recording = load_all(path)[0]
-        return _with_model(path, AS_NAMED, headers, [], recording)
+        return _with_model(OwnFile(path, AS_NAMED, headers), load_all(path)[0])
     except BadInput:
         if not headers:
             raise
     named = guessed(headers)
     entries = {name: entry(name, header) for name, header in named.items()}
-    open_units = [name for name in entries if ":" not in entries[name] and _kind(name) in _NO_UNIT]
+    silent = [name for name in entries if ":" not in entries[name]]
+    open_units = [name for name in silent if _kind(name) in _NO_UNIT]
     kinds = list(dict.fromkeys(_kind(name) for name in open_units))
     refusal: BadInput | None = None
     for units in product(*(_NO_UNIT[kind] for kind in kinds)):
@@ -128,11 +128,8 @@ def look(path: str | Path) -> OwnFile:
         except BadInput as error:
             refusal = refusal or error
             continue
-        silent = [name for name in entries if ":" not in entries[name]]
-        remarks = (
-            [f"The file tells no unit of {', '.join(silent)}: SI, or what is plausible, is assumed."] if silent else []
-        )
-        return _with_sign(path, columns, headers, remarks, recording)
+        said = f"The file tells no unit of {', '.join(silent)}: SI, or what is plausible, is assumed."
+        return _with_sign(OwnFile(path, columns, headers, (said,) if silent else ()), recording)
     why = str(refusal) if named else "no column is known by its name or unit"
     return OwnFile(path, ColumnMap(entries), headers, (f"It does not read as a recording so: {why}",))
 
@@ -147,20 +144,22 @@ def _headers(path: Path) -> tuple[str, ...]:
     return headers_of(path) if ending == ".csv" else names_of(path) if ending == ".npz" else ()
 
 
-def _with_sign(
-    path: Path, columns: ColumnMap, headers: tuple[str, ...], remarks: Sequence[str], recording: Recording
-) -> OwnFile:
-    """The mapping with the sign of forces (of a driven body's input) that the recording asks for."""
+def _with_sign(found: OwnFile, recording: Recording) -> OwnFile:
+    """With the sign of forces (of a driven body's input) that the recording asks for, and the model."""
     if not _reversed(recording):
-        return _with_model(path, columns, headers, remarks, recording)
-    turned = {n: f"-{e}" if _kind(n) in ("force", "input") else e for n, e in columns.entries.items()}
-    other = load_all(path, columns=ColumnMap(turned))[0]
+        return _with_model(found, recording)
+    turned = {n: f"-{e}" if _kind(n) in ("force", "input") else e for n, e in found.columns.entries.items()}
+    other = load_all(found.source, columns=ColumnMap(turned))[0]
     if _reversed(other):
-        return _with_model(path, columns, headers, [*remarks, "The sign of forces looks wrong either way."], recording)
+        return _with_model(_saying(found, "The sign of forces looks wrong either way."), recording)
     said = "As recorded, forces have the sign of those on the object: turned round, to those on the probe."
     if recording.kind == "driven_body":
         said = "As recorded, the output goes against the input: the input is turned round."
-    return _with_model(path, ColumnMap(turned), headers, [*remarks, said], other)
+    return _with_model(_saying(replace(found, columns=ColumnMap(turned)), said), other)
+
+
+def _saying(found: OwnFile, remark: str) -> OwnFile:
+    return replace(found, remarks=(*found.remarks, remark))
 
 
 def _reversed(recording: Recording) -> bool:
@@ -171,15 +170,14 @@ def _reversed(recording: Recording) -> bool:
     return any(finding.code == "swapped_sign" for finding in found)
 
 
-def _with_model(
-    path: Path, columns: ColumnMap, headers: tuple[str, ...], remarks: Sequence[str], recording: Recording
-) -> OwnFile:
+def _with_model(found: OwnFile, recording: Recording) -> OwnFile:
+    found = replace(found, recording=recording)
     try:
         model = rough_model(recording)
     except BadInput as error:
-        return OwnFile(path, columns, headers, (*remarks, f"No model: {error}"), recording)
+        return _saying(found, f"No model: {error}")
     length = recording.time[-1] - recording.time[0]
     rate = 1.0 / float(np.median(np.diff(recording.time)))
     kind = recording.kind.replace("_", " ")
     said = f"So it reads as a {kind} recording of {length:.1f} s at {rate:.4g} Hz, of a {model.NAME}."
-    return OwnFile(path, columns, headers, (*remarks, said), recording, model)
+    return _saying(replace(found, model=model), said)

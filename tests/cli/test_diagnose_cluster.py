@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import yaml
 from cli_samples import Program
-from diagnose_samples import COULOMB, SPRING_MODEL, material
+from trial_samples import COULOMB, SPRING_MODEL, spring
 
 import mmt_drake.diagnosis.diagnose
 import mmt_drake.diagnosis.fit.workers
@@ -49,7 +49,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, checkout: Path) -> Path:
     """Recordings of one axis with friction that its model lacks, and an effect of the user's own."""
     folder = tmp_path_factory.mktemp("recordings")
     for seed in range(RECORDINGS):
-        save(material(COULOMB, seed=seed, seconds=4.0), folder / f"{seed}.npz")
+        save(spring(COULOMB, seed=seed, seconds=4.0), folder / f"{seed}.npz")
     (folder / "model.yaml").write_text(SPRING_MODEL)
     shutil.copy(checkout / "tests/effects/own_effect.py", folder / "own.py")
     return folder
@@ -102,7 +102,7 @@ def test_an_effect_of_the_user_s_own_is_known_to_the_workers(cluster: str, folde
 def test_what_calls_share_is_on_each_worker_once_and_goes_when_it_goes_here(cluster: str) -> None:
     from distributed import Client
 
-    problem = prepare([material(seconds=4.0)], parse_model(yaml.safe_load(SPRING_MODEL))).problem
+    problem = prepare([spring(seconds=4.0)], parse_model(yaml.safe_load(SPRING_MODEL))).problem
     assert problem is not None
     samples = problem.samples()
     with Client(cluster, set_as_default=False) as client, workers(cluster=cluster) as executor:
@@ -129,7 +129,7 @@ def test_what_calls_share_is_on_each_worker_once_and_goes_when_it_goes_here(clus
 def test_a_worker_that_goes_away_takes_nothing_with_it(cluster: str) -> None:
     from distributed import Client
 
-    problem = prepare([material(seconds=4.0)], parse_model(yaml.safe_load(SPRING_MODEL))).problem
+    problem = prepare([spring(seconds=4.0)], parse_model(yaml.safe_load(SPRING_MODEL))).problem
     assert problem is not None
     problems = [replace(problem, coarse=float(number)) for number in range(1, 9)]
     expected = [one.coarse for one in problems]

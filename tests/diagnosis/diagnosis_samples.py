@@ -1,7 +1,6 @@
 """Recordings whose every figure is known: formulas for the motion, a plain integration of its own for the object."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numba
 import numpy as np
@@ -107,31 +106,6 @@ def _slide(t, y, vy, contact, friction):
         if contact[i]:
             force[i] = -(K2 * (y[i] - body - anchor) + B2 * (vy[i] - speed))
     return force
-
-
-def changed(recording: Recording, **columns) -> Recording:
-    """The same with other columns."""
-    return replace(recording, columns={**recording.columns, **columns})
-
-
-def times(factor: float, *quantities: str) -> Callable[[Recording], Recording]:
-    """With the columns of some quantities, as `force` of `force_x`, multiplied."""
-    return lambda r: changed(r, **{n: factor * r[n] for n in r.columns if n.partition("_")[0] in quantities})
-
-
-def late(seconds: float, *quantities: str) -> Callable[[Recording], Recording]:
-    """With some quantities, or single columns, on a clock that is so much behind that of the rest."""
-
-    def of(r: Recording) -> list[str]:
-        return [name for name in r.columns if name in quantities or name.partition("_")[0] in quantities]
-
-    return lambda r: changed(r, **{name: np.interp(r.time - seconds, r.time, r[name]) for name in of(r)})
-
-
-def cut(recording: Recording, keep) -> Recording:
-    """Some samples of it."""
-    columns = {name: values[keep] for name, values in recording.columns.items()}
-    return replace(recording, time=recording.time[keep], columns=columns)
 
 
 def driven_recording(seconds=10.0, rate=1000.0, noise=1e-6, seed=0) -> Recording:

@@ -2,12 +2,11 @@
 
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
-from trial_samples import BASE, model, recorded
+from trial_samples import BASE, changed, cut, model, recorded
 
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.prepare import prepare
@@ -37,8 +36,7 @@ def box() -> Recording:
 
 def carriage(**changed: float) -> Recording:
     whole = DrivenSession(1).record({**CARRIAGE, "offset": 0.0, "gravity": 0.0, "pendulum": 0.0, **changed}, ())
-    keep = whole.time < 10.0
-    return replace(whole, time=whole.time[keep], columns={name: v[keep] for name, v in whole.columns.items()})
+    return cut(whole, whole.time < 10.0)
 
 
 def spring() -> Recording:
@@ -116,8 +114,7 @@ def test_a_bound_that_missing_physics_drives_a_parameter_to_gives_way(executor: 
 def test_a_crude_model_is_mended_though_not_everything_is_explained(executor: Executor) -> None:
     """Values six and ten times off and a slow swing of the sensor that nobody names: no fit comes down to noise."""
     plain = recorded(seed=3, seconds=10.0)
-    drifting = plain["force_y"] + 0.1 * np.sin(2.0 * np.pi * 0.17 * plain.time)
-    recording = replace(plain, columns={**plain.columns, "force_y": drifting})
+    recording = changed(plain, force_y=plain["force_y"] + 0.1 * np.sin(2.0 * np.pi * 0.17 * plain.time))
     problem, found = fitted(recording, model(m=0.05, b1=20.0 / 6.0, b2=25.0 / 6.0), executor)
     assert found.cost > NOISE_ALONE**2 * problem.samples() and not at_bounds(found)
     values = found.hypothesis.structure_values(found.x)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.systems.primitives import Gain
+from trial_samples import changed
 
 from mmt_drake.diagnosis.decide.block_replay import EXACT, TIMES_NOISE, compared
 from mmt_drake.diagnosis.decide.blocks import Block, differing, replay_block, replay_blocks
@@ -43,10 +44,6 @@ def recording(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> R
     return ran(scenario, tmp_path_factory.mktemp("setup1"))
 
 
-def changed(recording: Recording, **columns: np.ndarray) -> Recording:
-    return replace(recording, columns={**recording.columns, **columns})
-
-
 def strokes(time: np.ndarray) -> np.ndarray:
     """(n, 2): sines over the band in which a phase is read."""
     first = sum(np.sin(2 * np.pi * f * time + f**2) for f in (0.4, 1.7, 3.6, 5.3))
@@ -57,9 +54,8 @@ def test_every_block_gives_again_what_was_recorded_of_it(scenario, recording):
     found = replay_blocks(recording, station_blocks(scenario), noise={})
     assert {name: {r.output for r in found if r.block == name} for name in DIFFERS} == DIFFERS
     for replay in found:
-        exact = (
-            0.0 if replay.output != "proxy_position" else EXACT
-        )  # its clouds are moved by the body between two ticks
+        # The clouds of a proxy are moved by the body between two ticks.
+        exact = 0.0 if replay.output != "proxy_position" else EXACT
         assert replay.nrmse is not None and replay.nrmse <= exact, replay
         assert not replay.differs and replay.note
     assert differing(found) == ()
@@ -76,14 +72,10 @@ def test_a_network_with_jitter_and_loss_and_sensors_with_noise_are_no_difference
     for name in ("filtered_force", "estimated_force", "theta", "theta_stable", "rendered_force"):
         assert by_output[name].nrmse == 0.0
     # What does not is off by the noise of the sensors, and by no more.
-    spread = np.sqrt(np.mean([np.var(by) for by in ran_forces(tmp_path)]))
+    forces = load(tmp_path / "run.mcap").vector("force")
+    spread = np.sqrt(np.mean(np.var(forces, axis=0)))
     assert by_output["force"].nrmse == pytest.approx(0.02 / spread, rel=0.5)
     assert 0.8 < by_output["force"].floor / by_output["force"].nrmse < np.sqrt(3.0)
-
-
-def ran_forces(folder: Path) -> list[np.ndarray]:
-    recording = load(folder / "run.mcap")
-    return [recording[f"force_{axis}"] for axis in AXES]
 
 
 @pytest.mark.parametrize(
@@ -131,17 +123,11 @@ def test_a_gain_is_told_from_a_delay(recording):
     doubled = changed(recording, **{f"rendered_force_{axis}": 2.0 * recording[f"force_{axis}"] for axis in AXES})
     block = Block("gain", Gain(1.0, 3), {"u0": ("force",)}, {"rendered_force": ("y0", 0)})
     (found,) = replay_blocks(doubled, [block], noise={})
-    assert found.nrmse == pytest.approx(0.5 * _size(doubled) / _spread(doubled), rel=1e-9)
+    force = doubled.vector("rendered_force")
+    spread = np.sqrt(np.mean(np.var(force, axis=0)))
+    assert found.nrmse == pytest.approx(0.5 * np.sqrt(np.mean(force**2)) / spread, rel=1e-9)
     assert list(found.by_band.values()) == pytest.approx([0.5] * 4, rel=0.02)
     assert found.delay_s == pytest.approx(0.0, abs=1e-9) and "no delay explains it" in found.note
-
-
-def _size(recording: Recording) -> float:
-    return float(np.sqrt(np.mean(recording.vector("rendered_force") ** 2)))
-
-
-def _spread(recording: Recording) -> float:
-    return float(np.sqrt(np.mean(np.var(recording.vector("rendered_force"), axis=0))))
 
 
 def test_what_was_not_recorded_is_said_and_not_guessed(scenario, recording):

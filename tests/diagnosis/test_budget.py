@@ -1,25 +1,21 @@
 """What the error of a model is made of: shares that sum to 1, booked to what they come from."""
 
 import pytest
-from trial_samples import model, recorded
+from trial_samples import COULOMB, beside, model, recorded
 
 from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, Ruler, budget
-from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
-from mmt_drake.effects import LIBRARY
 
 START = {"coulomb_friction": {"Fc": 0.3}, "force_bias": {"bias": 0.1}}
-RUBBING = recorded(("coulomb_friction", (("Fc", 0.4),)), seed=3, seconds=10.0)
-BOTH = recorded(("coulomb_friction", (("Fc", 0.4),)), ("force_bias", (("bias", 0.2),)), seed=3, seconds=10.0)
+RUBBING = recorded(COULOMB, seed=3, seconds=10.0)
+BOTH = recorded(COULOMB, ("force_bias", (("bias", 0.2),)), seed=3, seconds=10.0)
 
 
 def shares(recording, nominal, *names, wrong=(), steps=30):
     """Part -> share of the budget with these effects fitted."""
     prepared = prepare([recording], nominal)
     assert prepared.problem is not None
-    hypothesis = Hypothesis(nominal, prepared.skew)
-    for name in names:
-        hypothesis = hypothesis.adding(LIBRARY[name])
+    hypothesis = beside(*names, nominal=nominal, skew=prepared.skew)
     best = prepared.problem.fit(hypothesis, hypothesis.vector({}, START), steps=steps)
     parts = budget(Ruler(prepared, prepared.problem), nominal, best, wrong, {})
     assert sum(part.share for part in parts) == pytest.approx(1.0, abs=1e-12)
@@ -46,8 +42,7 @@ def test_two_effects_are_booked_each_to_its_own_whatever_the_order():
 
 def test_what_is_unique_to_an_effect_is_what_comes_back_without_it_when_all_else_is_fitted_again():
     prepared = prepare([RUBBING], model())
-    plain = Hypothesis(model(), prepared.skew)
-    rubbing = plain.adding(LIBRARY["coulomb_friction"])
+    plain, rubbing = (beside(*names, skew=prepared.skew) for names in ((), ("coulomb_friction",)))
     best = prepared.problem.fit(rubbing, rubbing.vector({}, START), steps=30)
     as_handed_in = prepared.problem.unchanged(plain, plain.base())
     for without, missed in ((best, 0.0), (as_handed_in, 1.0)):
@@ -64,7 +59,7 @@ def test_what_is_not_in_the_model_has_no_name():
 
 def test_a_fit_that_is_worse_than_the_model_handed_in_explains_nothing():
     prepared = prepare([RUBBING], model())
-    hypothesis = Hypothesis(model(), prepared.skew)
+    hypothesis = beside(skew=prepared.skew)
     worse = prepared.problem.unchanged(hypothesis, hypothesis.vector({"b1": 5.0}, {}))
     parts = {p.part: p.share for p in budget(Ruler(prepared, prepared.problem), model(), worse, ("b1",), {})}
     assert parts[PARAMETERS] == 0.0 and parts[NAMELESS] + parts[NOISE] == pytest.approx(1.0)
@@ -78,7 +73,7 @@ def test_a_model_that_is_right_to_the_last_bit_leaves_noise_alone(monkeypatch: p
 def test_a_body_that_loses_more_mass_than_was_handed_in_has_a_budget_all_the_same():
     nominal, lost = model(m=0.3), {"mass_change": {"time": 9.0, "dm": -0.5}}
     prepared = prepare([RUBBING], nominal)
-    hypothesis = Hypothesis(nominal, prepared.skew).adding(LIBRARY["mass_change"])
+    hypothesis = beside("mass_change", nominal=nominal, skew=prepared.skew)
     best = prepared.problem.unchanged(hypothesis, hypothesis.vector({"m": 1.0}, lost))
     parts = budget(Ruler(prepared, prepared.problem), nominal, best, ("m",), {})
     assert sum(part.share for part in parts) == pytest.approx(1.0)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from trial_samples import model, recorded
+from trial_samples import COULOMB, beside, model, named, problem_of, recorded
 
 from mmt_drake.diagnosis.decide import confidence
 from mmt_drake.diagnosis.decide.confidence import (
@@ -16,35 +16,26 @@ from mmt_drake.diagnosis.decide.confidence import (
     beside_the_untried,
     contenders,
 )
-from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
-from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.tell.outcome import _untried_for
 from mmt_drake.effects import LIBRARY
-from mmt_drake.numeric.least_squares import Minimum
 
-RUBBING = recorded(("coulomb_friction", (("Fc", 0.4),)), seed=3, seconds=10.0)
+RUBBING = recorded(COULOMB, seed=3, seconds=10.0)
 START = {"coulomb_friction": {"Fc": 0.3}, "stribeck_friction": {"Fs": 0.4, "v_s": 0.01}, "force_bias": {"bias": 0.01}}
 START["hysteresis"] = {"alpha": 100.0, "beta": 500.0}
 
 
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    found = prepare([RUBBING], model()).problem
-    assert found is not None
-    return found
+    return problem_of(RUBBING, model())
 
 
 @pytest.fixture(scope="module")
 def fits(problem: Problem) -> dict[str, Fitted]:
-    result = {}
-    for names in ("", "coulomb_friction", "force_bias", "hysteresis", "coulomb_friction force_bias"):
-        hypothesis = Hypothesis(model())
-        for name in names.split():
-            hypothesis = hypothesis.adding(LIBRARY[name])
-        result[names] = problem.fit(hypothesis, hypothesis.vector({}, START))
-    return result
+    sets = ("", "coulomb_friction", "force_bias", "hysteresis", "coulomb_friction force_bias")
+    hypotheses = {names: beside(*names.split()) for names in sets}
+    return {names: problem.fit(hypothesis, hypothesis.vector({}, START)) for names, hypothesis in hypotheses.items()}
 
 
 def test_a_block_left_out_is_what_a_fit_without_it_leaves_of_it(problem: Problem, fits: dict[str, Fitted]) -> None:
@@ -144,13 +135,7 @@ def test_a_thousandth_of_what_is_to_be_explained_rules_no_name_out(problem, fits
 
 def telling(*sets: str) -> ConfidenceSet:
     """A confidence set of these sets of effects."""
-    members = []
-    for names in sets:
-        hypothesis = Hypothesis(model())
-        for name in names.split():
-            hypothesis = hypothesis.adding(LIBRARY[name])
-        members.append(Fitted(hypothesis, Minimum(np.zeros(0), np.zeros(0), np.zeros((0, 0)), True, 0)))
-    return ConfidenceSet(tuple(members), {}, frozenset(), {})
+    return ConfidenceSet(tuple(named(*names.split()) for names in sets), {}, frozenset(), {})
 
 
 @pytest.mark.parametrize(
@@ -274,8 +259,7 @@ def test_a_name_is_no_surer_than_what_there_was_time_to_try_in_its_place(depth, 
     ],
 )
 def test_two_laws_of_one_family_may_make_up_a_third(others, depth, said) -> None:
-    named = LIBRARY["coulomb_friction"]
-    assert beside_its_kin(depth, named, [LIBRARY[name] for name in others]) == said
+    assert beside_its_kin(depth, LIBRARY["coulomb_friction"], [LIBRARY[name] for name in others]) == said
 
 
 def test_what_was_not_tried_beside_the_rest_of_a_set_counts_for_the_one_in_its_place(fits) -> None:

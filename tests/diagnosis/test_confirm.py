@@ -2,31 +2,20 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
-from trial_samples import model
+from trial_samples import named
 
 from mmt_drake.diagnosis.decide import confirm
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
-from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted
-from mmt_drake.effects import LIBRARY
-from mmt_drake.numeric.least_squares import Minimum
 
 BEST = "viscoelastic_relaxation nonlinear_stiffness"
 CHANCES = {"": 1e-6, "viscoelastic_relaxation": 0.05, BEST: 1.0, "force_drift": 1e-4, "hysteresis": 1e-3}
 
 
-def fit(names: str) -> Fitted:
-    hypothesis = Hypothesis(model())
-    for name in names.split():
-        hypothesis = hypothesis.adding(LIBRARY[name])
-    return Fitted(hypothesis, Minimum(np.zeros(0), np.zeros(0), np.zeros((0, 0)), True, 0))
-
-
 def confirmed(monkeypatch: pytest.MonkeyPatch, heldout: dict[tuple[str, str], float], depth: str, best: str) -> bool:
     """Whether a relaxation is confirmed that stands beside a better set, given chances on held-out blocks."""
-    fits = {names: fit(names) for names in CHANCES}
+    fits = {names: named(*names.split()) for names in CHANCES}
     chances = {fits[names].hypothesis.key: chance for names, chance in CHANCES.items()}
     chances[fits[BEST].hypothesis.key], chances[fits[best].hypothesis.key] = 0.5, 1.0
     # Members that share the law, or no more than the family of what is delivered.
@@ -78,7 +67,7 @@ def test_a_name_is_borne_out_by_what_it_gains_or_by_the_best_set_that_has_it(
 def test_a_few_held_out_blocks_bear_a_name_out_together_with_all_others(
     monkeypatch: pytest.MonkeyPatch, unseen: float, seen: float, tried: int | None, borne_out: bool
 ) -> None:
-    fits = {names: fit(names) for names in CHANCES}
+    fits = {names: named(*names.split()) for names in CHANCES}
     believed = ConfidenceSet((fits[BEST],), {f.hypothesis.key: CHANCES[n] for n, f in fits.items()}, frozenset(), {})
     monkeypatch.setattr(confirm, "chance", lambda *_: unseen)
     monkeypatch.setattr(confirm, "gained_by_chance", lambda *_: seen)

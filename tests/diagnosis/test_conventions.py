@@ -4,43 +4,23 @@ Recordings by the trial's own engine, which shares no code with the model, and m
 """
 
 from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 import pytest
-from diagnosis_samples import changed, cut, late, times
-from trial_samples import BASE, model, recorded
+from trial_samples import BASE, COULOMB, carriage, changed, cut, late, model, recorded, spring, times
 
 from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
-from mmt_drake.diagrams.proof.trial.laws import Concealed
-from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
 
 OFF = {"k2": 400.0, "b1": 23.0, "b2": 22.0, "m": 0.6}
-SPRING = {"k": 500.0, "b": 20.0, "x0": 0.01, "F0": 0.0}
-CARRIAGE = {"m": 2.0, "b": 10.0, "k": 80.0, "Fc": 0.5, "offset": 0.0, "gravity": 0.0, "pendulum": 0.0}
-FRICTION = ("coulomb_friction", (("Fc", 0.4),))
 
 
-@cache
 def contact() -> Recording:
     """Strokes along y with friction that the model lacks."""
-    return recorded(FRICTION, seed=0, seconds=12.0)
-
-
-def spring(*effects: Concealed) -> Recording:
-    """One axis of a spring and a damper, 10 s."""
-    whole = MaterialSession(1).record(SPRING, effects)
-    return cut(whole, whole.time < 10.0)
-
-
-def carriage(*effects: Concealed) -> Recording:
-    """A driven body, 15 s."""
-    whole = DrivenSession(1, noise=2e-5).record(CARRIAGE, effects)
-    return cut(whole, whole.time < 15.0)
+    return recorded(COULOMB)
 
 
 MODELS: dict[str, Model] = {
@@ -133,14 +113,14 @@ MEMORY = {
 
 @pytest.mark.parametrize("name", MEMORY)
 def test_physics_with_a_memory_is_not_taken_for_a_clock(name: str) -> None:
-    found = preflight(spring(Concealed(name, MEMORY[name])), MODELS["spring"])
+    found = preflight(spring((name, tuple(MEMORY[name].items()))), MODELS["spring"])
     assert found.reason is None
 
 
 @pytest.mark.parametrize("factor", [20.0, 0.05])
 def test_a_model_that_is_twenty_times_off_is_asked_about(factor: float) -> None:
     other = model(**{symbol: factor * BASE[symbol] for symbol in ("m", "k2", "b1", "b2")})
-    found = preflight(recorded(seed=0, seconds=12.0), other)
+    found = preflight(recorded(), other)
     assert found.reason is not None
     assert f"is {1.0 / factor:.3g} times what the model answers" in found.reason
     assert "does the model belong to this object" in found.reason
@@ -148,5 +128,5 @@ def test_a_model_that_is_twenty_times_off_is_asked_about(factor: float) -> None:
 
 def test_an_end_stop_is_no_clipped_sensor() -> None:
     """The body stands against it, and its sensor still reads noise."""
-    stopped = carriage(Concealed("end_stop", {"position": 0.02, "stiffness": 2000.0, "side": 1.0}))
+    stopped = carriage(("end_stop", (("position", 0.02), ("stiffness", 2000.0), ("side", 1.0))))
     assert not [f for f in preflight(stopped, MODELS["carriage"]).findings if f.code == "saturation"]

@@ -2,25 +2,13 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
-from trial_samples import model
+from trial_samples import named
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.delivered import CLEARLY, outstanding
-from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.problem import Fitted
-from mmt_drake.effects import LIBRARY
-from mmt_drake.numeric.least_squares import Minimum
 
 NAMELESS = 0.01
-
-
-def fit(*names: str) -> Fitted:
-    hypothesis = Hypothesis(model())
-    for name in names:
-        hypothesis = hypothesis.adding(LIBRARY[name])
-    return Fitted(hypothesis, Minimum(np.zeros(0), np.zeros(0), np.zeros((0, 0)), True, 0))
 
 
 @pytest.mark.parametrize(
@@ -35,8 +23,8 @@ def fit(*names: str) -> Fitted:
 def test_an_effect_is_delivered_only_where_it_stands_out_from_what_nobody_has_named(
     friction: float, spring: float, left: tuple[str, ...]
 ) -> None:
-    both = fit("coulomb_friction", "nonlinear_stiffness")
-    fits = [both, fit("coulomb_friction"), fit("nonlinear_stiffness")]
+    both = named("coulomb_friction", "nonlinear_stiffness")
+    fits = [both, named("coulomb_friction"), named("nonlinear_stiffness")]
     shares = [
         BudgetPart("coulomb_friction", friction),
         BudgetPart("nonlinear_stiffness", spring),

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from trial_samples import BASE, model, recorded
+from trial_samples import BASE, COULOMB, model, recorded
 
 import mmt_drake.diagnosis.diagnose as steps
 import mmt_drake.diagnosis.search.polish as polish
@@ -32,7 +32,6 @@ SOME = (
     "constant_force",
     "time_delay",
 )
-COULOMB = ("coulomb_friction", (("Fc", 0.4),))
 
 
 @cache

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis_samples import FORCE_NOISE, MODEL, changed, contact_recording, driven_recording
+from diagnosis_samples import FORCE_NOISE, MODEL, contact_recording, driven_recording
+from trial_samples import changed
 
-from mmt_drake.diagnosis.fit.errors import heldout_nrmse, intervals_of, noise_floor, within
+from mmt_drake.diagnosis.fit.errors import HeldOutPart, intervals_of, within
 from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.errors import BadInput
 from mmt_drake.model.driven_model import DrivenBodyModel
@@ -16,6 +17,10 @@ from mmt_drake.recording import Recording
 from mmt_drake.replay import replayed
 
 BLOCKS = ((3.0, 5.0), (9.5, 13.0))
+
+
+def heldout(recording: Recording, axes: str = "", blocks=BLOCKS) -> HeldOutPart:
+    return HeldOutPart(recording, blocks, smooth(recording), tuple(axes))
 
 
 def off_by(offset: float) -> tuple[Recording, np.ndarray]:
@@ -30,7 +35,7 @@ def off_by(offset: float) -> tuple[Recording, np.ndarray]:
 def test_an_offset_counts_in_full() -> None:
     recording, inside = off_by(0.1)
     expected = 0.1 / np.std(recording["force_y"][inside])
-    assert heldout_nrmse(recording, MODEL, BLOCKS, ["y"]) == pytest.approx(expected, rel=1e-9)
+    assert heldout(recording, "y").nrmse(MODEL) == pytest.approx(expected, rel=1e-9)
 
 
 def test_axes_count_together() -> None:
@@ -39,15 +44,14 @@ def test_axes_count_together() -> None:
     both = np.stack([recording["force_x"][inside], recording["force_y"][inside]])
     model = np.stack([replayed(MODEL, recording)[f"force_{axis}"][inside] for axis in "xy"])
     expected = np.sqrt(np.mean((both - model) ** 2)) / np.std(both)
-    assert heldout_nrmse(recording, MODEL, BLOCKS, ["x", "y"]) == pytest.approx(expected, rel=1e-9)
+    assert heldout(recording, "xy").nrmse(MODEL) == pytest.approx(expected, rel=1e-9)
 
 
 def test_what_is_off_contact_or_not_held_out_does_not_count() -> None:
     recording, inside = off_by(0.1)
     spoilt = np.where(inside, recording["force_y"], 1e3)
-    assert heldout_nrmse(changed(recording, force_y=spoilt), MODEL, BLOCKS, ["y"]) == pytest.approx(
-        heldout_nrmse(recording, MODEL, BLOCKS, ["y"]), rel=1e-12
-    )
+    off = heldout(changed(recording, force_y=spoilt), "y").nrmse(MODEL)
+    assert off == pytest.approx(heldout(recording, "y").nrmse(MODEL), rel=1e-12)
 
 
 def test_a_spring_and_a_driven_body_count_off_contact_too() -> None:
@@ -57,19 +61,19 @@ def test_a_spring_and_a_driven_body_count_off_contact_too() -> None:
     force = -300.0 * x + 0.2
     columns = {"position": x, "velocity": box["velocity_y"], "force": force, "in_contact": np.zeros(len(time))}
     expected = 0.2 / np.std(force[within(time, BLOCKS)])
-    assert heldout_nrmse(Recording(time, columns), spring, BLOCKS) == pytest.approx(expected, rel=1e-9)
+    assert heldout(Recording(time, columns)).nrmse(spring) == pytest.approx(expected, rel=1e-9)
     body = driven_recording(noise=0.0)
     inside = within(body.time, BLOCKS[:1])
     later = changed(body, output=body["output"] + 0.01 * inside)
     expected = 0.01 / np.std(later["output"][inside])
-    assert heldout_nrmse(later, DrivenBodyModel(m=2.0), BLOCKS[:1]) == pytest.approx(expected, rel=1e-3)
+    assert heldout(later, blocks=BLOCKS[:1]).nrmse(DrivenBodyModel(m=2.0)) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize("velocity", [True, False])
 def test_a_right_model_leaves_the_noise_floor(velocity: bool) -> None:
     recording = contact_recording(velocity=velocity)
-    floor = noise_floor(recording, MODEL, BLOCKS, ["y"], smooth(recording))
-    assert heldout_nrmse(recording, MODEL, BLOCKS, ["y"]) == pytest.approx(floor, rel=0.05)
+    floor = heldout(recording, "y").floor(MODEL)
+    assert heldout(recording, "y").nrmse(MODEL) == pytest.approx(floor, rel=0.05)
 
 
 def test_the_floor_of_a_noiseless_motion_is_that_of_the_sensor() -> None:
@@ -78,18 +82,18 @@ def test_the_floor_of_a_noiseless_motion_is_that_of_the_sensor() -> None:
     noisy = changed(clean, force_y=clean["force_y"] + FORCE_NOISE * rng.standard_normal(len(clean)))
     inside = within(noisy.time, BLOCKS) & (noisy["in_contact"] > 0.0)
     expected = FORCE_NOISE / np.std(noisy["force_y"][inside])
-    assert noise_floor(noisy, MODEL, BLOCKS, ["y"], smooth(noisy)) == pytest.approx(expected, rel=0.05)
+    assert heldout(noisy, "y").floor(MODEL) == pytest.approx(expected, rel=0.05)
 
 
 def test_no_sample_or_no_axis_to_count_is_bad_input() -> None:
     recording, _ = off_by(0.0)
     with pytest.raises(BadInput, match="no sample that counts"):
-        heldout_nrmse(recording, MODEL, ((100.0, 101.0),), ["y"])
+        heldout(recording, "y", ((100.0, 101.0),)).nrmse(MODEL)
     with pytest.raises(BadInput, match="x, y, z or several"):
-        heldout_nrmse(recording, MODEL, BLOCKS)
+        heldout(recording).nrmse(MODEL)
     still = changed(recording, force_y=np.zeros(len(recording)))
     with pytest.raises(BadInput, match="constant output"):
-        heldout_nrmse(still, MODEL, BLOCKS, ["y"])
+        heldout(still, "y").nrmse(MODEL)
 
 
 def test_a_single_axis_box_is_in_contact_unless_it_says_otherwise() -> None:
@@ -99,10 +103,10 @@ def test_a_single_axis_box_is_in_contact_unless_it_says_otherwise() -> None:
     force = replayed(model, Recording(box.time, {**columns, "force": np.zeros(len(box))}))["force"]
     whole = Recording(box.time, {**columns, "force": force + 0.1})
     inside = within(box.time, BLOCKS[:1])
-    assert heldout_nrmse(whole, model, BLOCKS[:1]) == pytest.approx(0.1 / np.std(force[inside]), rel=1e-9)
+    assert heldout(whole, blocks=BLOCKS[:1]).nrmse(model) == pytest.approx(0.1 / np.std(force[inside]), rel=1e-9)
     told = replace(whole, columns={**whole.columns, "in_contact": np.zeros(len(box))})
     with pytest.raises(BadInput, match="no sample that counts"):
-        heldout_nrmse(told, model, BLOCKS[:1])
+        heldout(told, blocks=BLOCKS[:1]).nrmse(model)
 
 
 def test_intervals_are_the_runs_of_a_flag() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trial_samples import model, recorded
+from trial_samples import beside, model, problem_of, recorded
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.gate import (
@@ -14,27 +14,23 @@ from mmt_drake.diagnosis.decide.gate import (
     NOTHING_LEFT,
     OF_REFIT,
     NoiseReference,
+    ranked,
     with_physics,
     without_names,
     without_physics,
 )
 from mmt_drake.diagnosis.fit.comparison import at_bounds, fit_widening
 from mmt_drake.diagnosis.fit.hypothesis import WIDEST, Hypothesis
-from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.least_squares import Minimum
 
-PLAIN = Hypothesis(model())
-COULOMB = PLAIN.adding(LIBRARY["coulomb_friction"])
-PAIR = COULOMB.adding(LIBRARY["force_bias"])
+PLAIN, ONE, PAIR = beside(), beside("coulomb_friction"), beside("coulomb_friction", "force_bias")
 
 
 @pytest.fixture(scope="module")
 def standard() -> NoiseReference:
-    problem = prepare([recorded()], model()).problem
-    assert problem is not None
-    return NoiseReference.of(problem)
+    return NoiseReference.of(problem_of(recorded(), model()))
 
 
 def costing(hypothesis: Hypothesis, cost: float) -> Fitted:
@@ -85,11 +81,11 @@ def test_noise_within_the_band_that_outweighs_the_sensors_own_is_the_measure(sta
 
 @pytest.mark.parametrize("strength", [1.0, 9.0])
 def test_a_number_more_costs_ln_samples_and_errors_count_over_what_the_best_leaves(standard, strength):
-    n = standard.problem.samples()
-    one, two = costing(COULOMB, strength * n), costing(PAIR, strength * (n + 5.0))
-    more = len(two.x) - len(one.x)
-    score = standard.score(two, one.cost) - standard.score(one, one.cost)
-    assert more > 0 and score == pytest.approx(5.0 + more * np.log(n), rel=1e-9)
+    problem, n = standard.problem, standard.problem.samples()
+    one = costing(ONE, strength * n)
+    price = (len(costing(PAIR, 0.0).x) - len(one.x)) * np.log(n)
+    assert price > 0.0 and ranked(problem, [one, costing(PAIR, strength * (n - 0.99 * price))])[0] is one
+    assert ranked(problem, [one, costing(PAIR, strength * (n - 1.01 * price))])[1] is one
 
 
 def test_a_model_is_right_or_wrong_in_its_values_alone_before_any_physics_is_missed():

@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnosis_samples import MODEL, Strokes
+from trial_samples import problem_of
 
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
+from mmt_drake.diagnosis.fit.prepare import scales_of
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.diagnosis.fit.validate import absent
 from mmt_drake.diagnosis.search.minima import at_the_limit
@@ -51,9 +52,7 @@ def test_friction_is_delivered_as_what_it_is(friction):
 
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    prepared = prepare([rubbed("per_axis")], UNSAID)
-    assert prepared.problem is not None
-    return prepared.problem
+    return problem_of(rubbed("per_axis"), UNSAID)
 
 
 def test_friction_is_screened_as_what_it_is_before_any_law_is_left_behind(problem):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from diagnosis_samples import MODEL
 from residual_samples import PLAIN, leaving, plain, strokes
+from trial_samples import beside
 
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.least_squares import Minimum
 
 
@@ -76,10 +76,9 @@ def test_of_named_effects_each_block_has_the_share_that_its_effects_take_off_alo
     problem = leaving(measured())
 
     def costing(cost: float, *names: str) -> Fitted:
-        hypothesis = PLAIN
-        for name in names:
-            hypothesis = hypothesis.adding(LIBRARY[name])
-        return Fitted(hypothesis, Minimum(PLAIN.base(), np.array([np.sqrt(cost)]), np.zeros((1, 4)), True, 1))
+        return Fitted(
+            beside(*names, nominal=MODEL), Minimum(PLAIN.base(), np.array([np.sqrt(cost)]), np.zeros((1, 4)), True, 1)
+        )
 
     refit, both = costing(100.0), costing(10.0, "coulomb_friction", "nonlinear_stiffness")
     alone = [costing(40.0, "coulomb_friction"), costing(80.0, "nonlinear_stiffness")]

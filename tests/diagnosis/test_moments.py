@@ -5,12 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from trial_samples import model, recorded
+from trial_samples import model, problem_of, recorded
 
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.event_times import at_best_times, released
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.effects import LIBRARY
 
@@ -36,9 +35,7 @@ def stretches(problem: Problem, *, heldout: bool) -> list[tuple[float, float]]:
 
 @pytest.fixture(scope="module")
 def exact() -> Problem:
-    prepared = prepare([recorded(seed=3)], EXACT)
-    assert prepared.problem is not None
-    return prepared.problem
+    return problem_of(recorded(seed=3), EXACT)
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +48,7 @@ def hidden(exact) -> float:
 def test_a_moment_is_found_from_the_other_end_of_the_recording(exact):
     start, end = stretches(exact, heldout=False)[1]
     true = 0.5 * (start + end)
-    problem = prepare([with_change(true)], EXACT).problem
-    assert problem is not None
+    problem = problem_of(with_change(true), EXACT)
     for wrong in (start - 2.0, end + 2.0):
         x = at_best_times(problem, CHANGED, numbers(wrong))
         # Where the hand rests, one moment is as good as another.

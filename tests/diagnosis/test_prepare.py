@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis_samples import MODEL, NORMAL_B, NORMAL_K, changed, cut
+from diagnosis_samples import MODEL, NORMAL_B, NORMAL_K
+from trial_samples import changed, cut
 
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis

@@ -31,8 +31,7 @@ def test_the_worst_windows_lie_where_the_error_is_and_in_held_out_blocks_if_thes
 def test_no_window_is_worst_where_no_model_is_off():
     time = np.arange(0.0, 5.0, 0.01)
     right = Evidence("a", "", time, Series("x", "m", time), np.ones(len(time), dtype=bool), models={"nominal": time})
-    assert worst_windows(right) == []
-    assert plots.closer(right) is None
+    assert worst_windows(right) == plots.closer(right) == []
 
 
 def test_binned_medians_are_the_quantiles_of_a_known_law():
@@ -88,8 +87,7 @@ def test_a_value_that_is_pointed_at_is_told_with_its_units(evidence):
 
 
 def test_where_it_is_furthest_off_every_sample_is_drawn(evidence):
-    plot = plots.closer(evidence)
-    assert plot is not None
+    (plot,) = plots.closer(evidence)
     for window, trace in zip(sorted(worst_windows(evidence)), traces(plot, "measured"), strict=True):
         inside = (evidence.time >= window[0]) & (evidence.time <= window[1])
         assert len(trace.x) == min(np.count_nonzero(inside), THINNED)
@@ -97,7 +95,8 @@ def test_where_it_is_furthest_off_every_sample_is_drawn(evidence):
 
 def test_a_spectrum_keeps_its_level_when_it_is_averaged_for_drawing(evidence):
     flat = Spectrum(np.arange(0.0, 250.0, 0.1), {"nominal": np.full(2500, 3e-4)})
-    (trace,) = plots.spectrum(replace(evidence, spectrum=flat)).figure.data
+    (plot,) = plots.spectrum(replace(evidence, spectrum=flat))
+    (trace,) = plot.figure.data
     np.testing.assert_allclose(trace.y, 3e-4, rtol=1e-6)
 
 
@@ -110,9 +109,9 @@ def test_the_picture_beside_the_report_touches_no_global_state(evidence):
 
 def test_of_what_is_not_there_no_picture_is_drawn(evidence):
     bare = Evidence("a", "y", evidence.time, evidence.measured, evidence.counted)
-    assert plots.closer(bare) is None and plots.spectrum(bare) is None
-    assert plots.error_over_states(bare) == plots.forces(bare) == []
-    assert plots.learned_law(diagnosis_of("missing_physics").effects[0]) is None
+    for draw in (plots.closer, plots.spectrum, plots.error_over_states, plots.forces):
+        assert draw(bare) == []
+    assert plots.learned_law(diagnosis_of("missing_physics").effects[0]) == []
 
 
 def test_a_recording_alone_can_be_looked_at(evidence):
@@ -123,8 +122,7 @@ def test_a_recording_alone_can_be_looked_at(evidence):
 
 
 def test_a_learned_law_is_drawn_over_its_signal_with_its_interval(evidence):
-    plot = plots.learned_law(TABLE)
-    assert plot is not None
+    (plot,) = plots.learned_law(TABLE)
     (learned,) = traces(plot, "learned")
     assert plot.figure.layout.xaxis.title.text.startswith("sliding velocity [")
     np.testing.assert_allclose(learned.y, np.float32(TABLE.parameters["value"].value))

@@ -12,12 +12,11 @@ from diagnosis_samples import (
     TOUCHES,
     VELOCITY_NOISE,
     Strokes,
-    changed,
     contact_recording,
-    cut,
     driven_recording,
 )
 from scipy.integrate import quad
+from trial_samples import changed, cut
 
 from mmt_drake.diagnosis.signals.band import rate_noise, top_excitation
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock

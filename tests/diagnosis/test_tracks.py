@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trial_samples import model, recorded
+from trial_samples import COULOMB, beside, model, recorded
 
 from mmt_drake.diagnosis.fit import box_tracks
 from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
-from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.tracks import COARSE, NOISY
-from mmt_drake.effects import LIBRARY
 
 VECTOR = replace(model(Fc=0.4), in_plane="vector")
 SMOOTH = replace(model(), in_plane="vector")
@@ -28,11 +26,9 @@ SMOOTH = replace(model(), in_plane="vector")
     ids=lambda value: " ".join(value) if isinstance(value, dict) else "",
 )
 def test_longer_steps_beside_friction_in_the_plane_are_off_by_a_tenth_of_the_noise_at_most(plain, effects, monkeypatch):
-    hypothesis = Hypothesis(plain)
-    for name in effects:
-        hypothesis = hypothesis.adding(LIBRARY[name])
+    hypothesis = beside(*effects, nominal=plain)
     what = hypothesis.model(hypothesis.vector({}, effects))
-    prepared = prepare([recorded(("coulomb_friction", (("Fc", 0.4),)), seed=3)], plain)
+    prepared = prepare([recorded(COULOMB, seed=3)], plain)
     assert prepared.fine is not None and prepared.problem is not None
     for problem, coarse in ((prepared.problem, COARSE), (prepared.fine, 1.0)):
         track = max((t for t in problem.tracks if isinstance(t, BoxTrack)), key=lambda t: float(np.std(t.measured)))

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from residual_samples import leaving
-from trial_samples import model, recorded
+from trial_samples import model, problem_of, recorded
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import chance, intervals
 from mmt_drake.effects import LIBRARY
@@ -16,9 +15,7 @@ PLAIN = Hypothesis(model())
 
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    found = prepare([recorded(seed=5)], model()).problem
-    assert found is not None
-    return found
+    return problem_of(recorded(seed=5), model())
 
 
 def test_intervals_cover_the_truth_as_often_as_they_say(problem):

@@ -35,7 +35,7 @@ def test_an_error_whose_spread_nobody_knows_is_told_as_a_part_of_it() -> None:
         (612.34, (608.0, 616.5), ("612", "608 to 616")),
         (0.39996, (0.3983, 0.4016), ("0.4", "0.398 to 0.402")),
         (500.04, (500.01, 500.07), ("500.04", "500.01 to 500.07")),
-        (1.23456, None, ("1.23", "unknown")),
+        (1.23456, None, ("1.23", None)),
     ],
 )
 def test_a_number_has_as_many_digits_as_its_interval_knows(value, interval, told) -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.clocks import near
 from mmt_drake.diagnosis.signals.lags import LagFit, best_lag, products
@@ -71,7 +72,7 @@ def law_fit(smoothed: Smoothed) -> LagFit | None:
     x = smoothed.output[some, 0]
     v = np.gradient(x, 1.0 / rate)
     a = np.gradient(v, 1.0 / rate)
-    slow = _SLOW * math.sqrt(float(np.mean(v**2)))
+    slow = _SLOW * rms(v)
     if slow == 0.0:
         return None
     terms = np.column_stack([a, v, smoothed.filter(np.tanh(v / slow)), x - x.mean(), np.ones(len(x))])

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.numeric.arrays import Array
@@ -56,7 +57,7 @@ def motion_of(position: Array, rate: Array, noise: tuple[float, float], top_hz: 
 
     Slower than five times the noise of the rate, or than 5 % of its RMS, counts as standing still.
     """
-    speed = float(np.sqrt(np.mean(rate**2)))
+    speed = rms(rate)
     threshold = max(5.0 * noise[1], 0.05 * speed)
     moving = np.abs(rate) > threshold
     signs, rounding = np.sign(rate[moving]), _ROUNDING * float(np.abs(position).max())

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.diagnosis.checks.alignment import likeness
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.lags import LagFit
@@ -97,18 +98,14 @@ def _downward(smoothed: Smoothed) -> Finding | None:
     z, force, rated = smoothed.input[:, 2], smoothed.output[:, 2], smoothed.weight > 0.0
     above, below = rated & (z > 0.0), rated & (z < 0.0)
     noise = float(smoothed.output_noise[2])
-    strong = _rms(force[above])
-    if strong < 5.0 * noise or strong < _OTHER_SIDE * _rms(force[below]) or likeness(force[above], z[above]) < _LAWFUL:
+    strong = rms(force[above])
+    if strong < 5.0 * noise or strong < _OTHER_SIDE * rms(force[below]) or likeness(force[above], z[above]) < _LAWFUL:
         return None
     text = (
         f"force_z is {strong:.3g} N RMS above the surface and grows with z, where the probe touches nothing: does z "
         "point down, or does it not count from the surface? Contact is z < 0."
     )
     return Finding("swapped_sign", "refuse", text, {"rms_force_z": strong})
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def drive_findings(model: Model, law: LagFit | None, nominal: Array | None, output: Array) -> list[Finding]:

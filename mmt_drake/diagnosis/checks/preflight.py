@@ -35,9 +35,8 @@ class Preflight:
     Attributes:
         recording: what was checked, and is to be diagnosed: as read, or without rates that are not its own.
         findings: what is worst first, else in the order of the checks.
-        axes: tangential axes of a contact that move, the contract's `fit.axes`; `output` for a driven body
-            and `position` for one axis alone.
-        outputs: columns of `Smoothed.output` that belong to these axes.
+        outputs: columns of `Smoothed.output` that belong to the tangential axes that move, to the one axis or to the
+            output of a driven body.
         motions: how each tangential axis, the one axis or the output moves.
         smoothed: the recording, as every check saw it.
         columns: of the recording, which that was made of.
@@ -45,7 +44,6 @@ class Preflight:
 
     recording: Recording
     findings: tuple[Finding, ...]
-    axes: tuple[str, ...]
     outputs: tuple[int, ...]
     motions: tuple[AxisMotion, ...]
     smoothed: Smoothed
@@ -92,23 +90,22 @@ def preflight(recording: Recording, model: Model) -> Preflight:
     encoded = isinstance(model, TransmissionModel)
     columns = on_even_clock(recording, encoded=encoded)
     smoothed = smooth(recording, columns=columns)
-    foreign = _foreign_rates(recording, smoothed)
+    foreign = _foreign_rates(recording, smoothed, columns.moving_rates)
     if foreign:
-        recording = _without_rates(recording)
+        recording = _without(recording, columns.moving_rates)
         columns = on_even_clock(recording, encoded=encoded)
         smoothed = smooth(recording, columns=columns)
-    channels = channels_of(recording)
+    channels = columns.channels
     moved = motions(smoothed)
     axes = {"contact": AXES[:2], "single_axis": ("position",), "driven_body": ("output",)}[smoothed.kind]
     used = tuple(i for i, motion in enumerate(moved) if motion.moves)
     findings = foreign + clock_findings(smoothed) + excitation_findings(smoothed, moved, axes)
     if used:
-        noise_z = smoothed.noise["position_z"].std if smoothed.kind == "contact" else 0.0
         answers = tuple(channels.outputs[i] for i in used)
         if isinstance(model, SurfaceContact):
             answers = channels.outputs[2:]  # a tip that glides freely over a level surface feels nothing else
         channel = dict.fromkeys(answers, True) | ({"force_z": False} if smoothed.kind == "contact" else {})
-        sensors = channel_findings(recording, channel, raw_flags(recording, noise_z))
+        sensors = channel_findings(recording, channel, raw_flags(recording, smoothed.noise))
         conventions = _conventions(recording, model, smoothed, used, sensors)
         findings += conventions + sensors
         if not _out_of_step(conventions):  # else free space is none, and what is read off it misleads
@@ -116,19 +113,11 @@ def preflight(recording: Recording, model: Model) -> Preflight:
             findings += noise_findings(smoothed, channels.outputs, answers)
     order = ("refuse", "warn", "note")
     findings.sort(key=lambda finding: order.index(finding.severity))
-    return Preflight(recording, tuple(findings), tuple(axes[i] for i in used), used, moved, smoothed, columns)
+    return Preflight(recording, tuple(findings), used, moved, smoothed, columns)
 
 
-def _rates(recording: Recording) -> list[str]:
-    """Columns that the recording itself gives as rates of what moves, and a diagnosis would read."""
-    if recording.kind == "driven_body":
-        return [name for name in ("output_rate",) if name in recording and name not in recording.derived]
-    return list(channels_of(recording).input_rates)
-
-
-def _foreign_rates(recording: Recording, smoothed: Smoothed) -> list[Finding]:
+def _foreign_rates(recording: Recording, smoothed: Smoothed, names: tuple[str, ...]) -> list[Finding]:
     """Of a recorded rate that is not the rate of what was recorded beside it: zeros, another unit, another sign."""
-    names = _rates(recording)
     if smoothed.uses_velocity or not names or not smoothed.top_hz.any():
         return []
     driven = smoothed.kind == "driven_body"
@@ -146,8 +135,8 @@ def _foreign_rates(recording: Recording, smoothed: Smoothed) -> list[Finding]:
     return [Finding("foreign_rate", "warn", text, {"off": off})]
 
 
-def _without_rates(recording: Recording) -> Recording:
-    dropped = recording.derived.union(_rates(recording))
+def _without(recording: Recording, rates: tuple[str, ...]) -> Recording:
+    dropped = recording.derived.union(rates)
     own = {name: values for name, values in recording.columns.items() if name not in dropped}
     bare = completed(recording.time, own, recording.source, constants=recording.constants)
     return replace(bare, clouds=recording.clouds, notes=(*recording.notes, *bare.notes))

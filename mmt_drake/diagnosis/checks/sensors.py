@@ -160,7 +160,7 @@ def bias_findings(smoothed: Smoothed, names: tuple[str, ...]) -> list[Finding]:
     figures = {"seconds": rest.seconds}
     for i, name in enumerate(names):
         figures |= {name: float(rest.mean[i]), f"{name}_se": float(rest.standard_error[i])}
-    off = [i for i in range(len(names)) if abs(rest.mean[i]) > max(_SIGMAS * rest.standard_error[i], rest.std[i])]
+    off = [i for i in range(len(names)) if abs(rest.mean[i]) > max(_SIGMAS * rest.standard_error[i], rest.noise[i].std)]
     shown = ", ".join(f"{names[i]} {rest.mean[i]:.3g} +- {rest.standard_error[i]:.1g} N" for i in off)
     text = f"In free space ({rest.seconds:.1f} s) " + (
         f"the sensor is off zero: {shown}." if off else "the sensor reads zero to within its noise."

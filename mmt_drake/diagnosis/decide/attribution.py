@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 from numba import njit
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import States, Track
@@ -178,7 +179,7 @@ def _at_rest(problem: Problem, refit: Fitted) -> str | None:
         if s.kind != "contact":
             return None
         speed = np.abs(s.input_rate[:, track.column])
-        still = speed < _STILL * float(np.sqrt(np.mean(speed**2)))
+        still = speed < _STILL * rms(speed)
         residual = track.residual(refit.model, refit.skew, problem.coarse) / track.floor
         rate, touching = np.gradient(residual), used & s.in_contact
         errors = ((residual, used & ~s.in_contact), (residual, touching & ~still))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS, in_band
 from mmt_drake.analysis.wording import milliseconds, significant
 from mmt_drake.diagnosis.signals.lateness import lateness
@@ -78,7 +79,7 @@ def compared(
     if not known.any():
         return BlockReplay(block, output, None, note="Not known at all.")
     scale = _scale(recorded[known], together=not held)
-    nrmse, floor = (float(np.sqrt(np.mean((v[known] / scale) ** 2))) for v in (recorded - replayed, noise))
+    nrmse, floor = (rms(v[known] / scale) for v in (recorded - replayed, noise))
     found = BlockReplay(block, output, nrmse, floor=floor, differs=nrmse > max(EXACT, TIMES_NOISE * floor))
     if held:
         wrong = np.count_nonzero((recorded != replayed)[known].any(axis=1))

@@ -4,15 +4,12 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple
 
-from mmt_drake.diagnosis.fit.errors import Interval, heldout_nrmse, intervals_of, noise_floor
+from mmt_drake.diagnosis.fit.errors import HeldOutPart, intervals_of
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
-from mmt_drake.recording import Recording
 
 PARAMETERS, SHARED, NAMELESS, NOISE = "parameters", "shared", "nameless", "noise"
 NO_EFFECTS = frozenset((PARAMETERS, SHARED, NAMELESS, NOISE))
@@ -33,30 +30,6 @@ class BudgetPart:
     unique: float | None = None
 
 
-class HeldOutPart(NamedTuple):
-    """What of a recording nothing was fitted to.
-
-    Attributes:
-        recording: as read.
-        blocks: (from, to) [s].
-        axes: of a contact, those that moved; none of which a sensor was at its limit.
-        smoothed: the recording; it knows the noise of each column.
-    """
-
-    recording: Recording
-    blocks: tuple[Interval, ...]
-    axes: tuple[str, ...]
-    smoothed: Smoothed
-
-    def nrmse(self, model: Structure) -> float:
-        """See `heldout_nrmse`."""
-        return heldout_nrmse(self.recording, model, self.blocks, self.axes)
-
-    def floor(self, model: Structure) -> float:
-        """See `noise_floor`."""
-        return noise_floor(self.recording, model, self.blocks, self.axes, self.smoothed)
-
-
 @dataclass(frozen=True)
 class Ruler:
     """Mean squared held-out errors of models, over what was measured, the mean of all recordings.
@@ -74,10 +47,6 @@ class Ruler:
         error = attempt(self._mean, lambda held: held.nrmse(model))
         return math.inf if error is None else error
 
-    def fitted(self, fitted: Fitted) -> float:
-        """The error of the model that would be delivered of a fit."""
-        return self.of(fitted.model)
-
     def noise(self, model: Structure) -> float:
         """What noise alone leaves of a right model like this one."""
         return self._mean(lambda held: held.floor(model))
@@ -90,8 +59,8 @@ class Ruler:
             HeldOutPart(
                 recording,
                 intervals_of(tracks[0].time, tracks[0].heldout),
-                tuple(track.axis for track in tracks if track.axis and track.is_whole),
                 tracks[0].smoothed,
+                tuple(track.axis for track in tracks if track.axis and track.is_whole),
             )
             for recording, tracks in pairs
         ]
@@ -118,7 +87,7 @@ def budget(
         without: effect -> the delivered set without it, fitted again.
     """
     names = best.hypothesis.names
-    before, after = ruler.of(nominal), ruler.fitted(best)
+    before, after = ruler.of(nominal), ruler.of(best.model)
     if before == 0.0:  # to the last bit as handed in
         nothing = (PARAMETERS, *names, SHARED, NAMELESS)
         return (*(BudgetPart(part, 0.0) for part in nothing), BudgetPart(NOISE, 1.0))
@@ -134,7 +103,7 @@ def budget(
     gone, booked = before - after, math.fsum(shares.values())
     if booked > gone:
         shares = {part: share * gone / booked for part, share in shares.items()}
-    unique = {name: max(ruler.fitted(fitted) - after, 0.0) / before for name, fitted in without.items()}
+    unique = {name: max(ruler.of(fitted.model) - after, 0.0) / before for name, fitted in without.items()}
     parts = [BudgetPart(PARAMETERS, shares[PARAMETERS] / before)]
     parts += [BudgetPart(name, shares[name] / before, unique.get(name)) for name in names]
     parts += [BudgetPart(SHARED, max(gone - booked, 0.0) / before)]
@@ -170,12 +139,10 @@ def _left(ruler: Ruler, fitted: Fitted, reset: Collection[str], kept: Collection
 
 def _taken_from(fitted: Fitted, reset: Collection[str], kept: Collection[str]) -> Structure:
     """The model of a fit with some parameters as they were handed in, and some of its effects only."""
-    hypothesis, effects = fitted.hypothesis, fitted.hypothesis.effect_values(fitted.x)
-    structure = {s: v for s, v in hypothesis.structure_values(fitted.x).items() if s not in reset}
+    hypothesis, effects = fitted.hypothesis, fitted.effect_values
+    structure = {s: v for s, v in fitted.structure_values.items() if s not in reset}
     for effect, handed in hypothesis.believed:
         back = {s: v for s, v in handed.items() if f"{effect.name}.{s}" in reset}
         effects[effect.name] = {**effects[effect.name], **back}
-    for name in hypothesis.names:
-        if name not in kept:
-            hypothesis = hypothesis.without(name)
+    hypothesis = hypothesis.without(*(name for name in hypothesis.names if name not in kept))
     return hypothesis.model(hypothesis.vector(structure, effects))

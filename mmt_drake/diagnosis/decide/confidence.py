@@ -7,8 +7,8 @@ every explanation that is not ruled out has it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal, Protocol, get_args
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol, Self, get_args
 
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
@@ -113,21 +113,51 @@ class ConfidenceSet:
         for i, cost in enumerate(costs):
             if chances[i] >= RULED_OUT and cost > ALIKE * costs[best]:
                 chances[i] = _with_unseen(problem, fits[i], fits[best], chances[i])
-        standing, members, alike = sifted(fits, costs, chances, unsaid, problem.samples())
-        found = [fits[i] for i in members]
-        bounded = [fits[i] for i in standing if i not in members and at_bounds(fits[i])]
-        rivals = [
-            f for f in bounded if not any(m.hypothesis.key < f.hypothesis.key or _is_simpler(m, f) for m in found)
-        ]
-        return cls(
-            tuple(found),
+        found, alike = cls.sifted(fits, costs, chances, unsaid, problem.samples())
+        others = found.standing.difference(f.hypothesis.key for f in found.members)
+        rivals = tuple(
+            f
+            for f in fits
+            if f.hypothesis.key in others
+            and at_bounds(f)
+            and not any(m.hypothesis.key < f.hypothesis.key or _is_simpler(m, f) for m in found.members)
+        )
+        near = [f for f in found.members if f.hypothesis.key in alike]
+        drawing = frozenset(f.hypothesis.key for f in found.members if any(_is_simpler(one, f) for one in near))
+        return replace(found, turning=turns(problem, fits[best]), rivals=rivals, drawing=drawing)
+
+    @classmethod
+    def sifted(
+        cls,
+        fits: Sequence[Fitted],
+        costs: Sequence[float],
+        chances: Sequence[float],
+        unsaid: Mapping[frozenset[str], frozenset[str]],
+        noise: float,
+    ) -> tuple[Self, frozenset[frozenset[str]]]:
+        """The confidence set of fits, and those sets of effects that leave next to nothing more than the least.
+
+        Args:
+            fits: of different sets of effects.
+            costs: what each leaves of what it has not seen, a sum of squares.
+            chances: that chance alone puts the best before each.
+            unsaid: as in the attributes.
+            noise: the sum of squares that noise alone leaves.
+        """
+        least = min(costs)
+        without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
+        near = least + max((ALIKE - 1.0) * (least - noise), NEXT_TO_NOTHING * (without - least), 0.0)
+        alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
+        standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
+        members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing
+        members.sort(key=lambda i: (len(fits[i].hypothesis.effects), len(fits[i].x), costs[i]))
+        found = cls(
+            tuple(fits[i] for i in members),
             {f.hypothesis.key: chance for f, chance in zip(fits, chances, strict=True)},
             frozenset(fits[i].hypothesis.key for i in standing),
             unsaid,
-            turns(problem, fits[best]),
-            tuple(rivals),
-            frozenset(f.hypothesis.key for f in found for i in members if alike[i] and _is_simpler(fits[i], f)),
         )
+        return found, frozenset(f.hypothesis.key for f, near_least in zip(fits, alike, strict=True) if near_least)
 
     def best(self) -> Fitted:
         """Of the members with fewest effects the one that leaves least: the first where they cannot be told apart."""
@@ -173,32 +203,6 @@ def _with_unseen(problem: Problem, fitted: Fitted, best: Fitted, seen: float) ->
     """
     unseen = chance(problem, fitted, best, 1)
     return seen if unseen >= RULED_OUT else jointly(seen, unseen)
-
-
-def sifted(
-    fits: Sequence[Fitted],
-    costs: Sequence[float],
-    chances: Sequence[float],
-    unsaid: Mapping[frozenset[str], frozenset[str]],
-    noise: float,
-) -> tuple[list[int], list[int], list[bool]]:
-    """Which fits are not ruled out, which of these are members, simplest first, and which leave next to the least.
-
-    Args:
-        fits: of different sets of effects.
-        costs: what each leaves of what it has not seen, a sum of squares.
-        chances: that chance alone puts the best before each.
-        unsaid: as in `ConfidenceSet`.
-        noise: the sum of squares that noise alone leaves.
-    """
-    least = min(costs)
-    without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
-    near = least + max((ALIKE - 1.0) * (least - noise), NEXT_TO_NOTHING * (without - least), 0.0)
-    alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
-    standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
-    members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing
-    members.sort(key=lambda i: (len(fits[i].hypothesis.effects), len(fits[i].x), costs[i]))
-    return standing, members, alike
 
 
 def beside_the_nameless(

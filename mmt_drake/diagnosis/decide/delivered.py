@@ -29,7 +29,7 @@ def agreed(problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) ->
     if believed.has_equal(best):
         return believed.best(), False
     left_out = [e.name for e in best.hypothesis.effects if e.name in unsaid or believed.depth(e) is None]
-    hypothesis = _without(best.hypothesis, left_out)
+    hypothesis = best.hypothesis.without(*left_out)
     if not hypothesis.effects and not unsaid:
         return believed.best(), False  # of several explanations that have nothing in common
     return _fit_of(problem, best, hypothesis, fits), True
@@ -50,13 +50,7 @@ def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fi
     faint = [name for name in names if share.get(name, 0.0) < CLEARLY * share[NAMELESS]]
     if not faint or len(faint) == len(names):
         return best
-    return _fit_of(problem, best, _without(best.hypothesis, faint), fits)
-
-
-def _without(hypothesis: Hypothesis, names: Sequence[str]) -> Hypothesis:
-    for name in names:
-        hypothesis = hypothesis.without(name)
-    return hypothesis
+    return _fit_of(problem, best, best.hypothesis.without(*faint), fits)
 
 
 def _fit_of(problem: Problem, best: Fitted, hypothesis: Hypothesis, fits: Sequence[Fitted]) -> Fitted:
@@ -64,5 +58,4 @@ def _fit_of(problem: Problem, best: Fitted, hypothesis: Hypothesis, fits: Sequen
     for fitted in fits:
         if fitted.hypothesis.key == hypothesis.key:
             return fitted
-    x = hypothesis.vector(best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x))
-    return problem.fit(hypothesis, x)
+    return problem.fit(hypothesis, hypothesis.vector(best.structure_values, best.effect_values))

@@ -78,20 +78,15 @@ class NoiseReference:
         """RMS of the residual over the noise floor on held-out data."""
         return self.problem.ratio(fitted.model, fitted.skew, heldout=True)
 
-    def score(self, fitted: Fitted, best_cost: float) -> float:
-        """-2 ln(likelihood) with the noise as strong as the best fit's residual, plus ln(samples) a free number."""
-        samples = self.problem.samples()
-        strength = max(1.0, best_cost / samples)
-        return fitted.cost / strength + len(fitted.x) * math.log(samples)
 
+def ranked(problem: Problem, fits: Sequence[Fitted]) -> list[Fitted]:
+    """Fits of a problem, best first.
 
-def ranked(standard: NoiseReference, levels: Sequence[Sequence[Fitted]]) -> list[Fitted]:
-    """All candidates by their score, best first."""
-    every = [fitted for level in levels for fitted in level]
-    if not every:
-        return []
-    best_cost = min(fitted.cost for fitted in every)
-    return sorted(every, key=lambda fitted: standard.score(fitted, best_cost))
+    By -2 ln(likelihood), with the noise as strong as what the best one leaves, plus ln(samples) a free number.
+    """
+    samples = problem.samples()
+    strength = max(1.0, min((f.cost for f in fits), default=0.0) / samples)
+    return sorted(fits, key=lambda f: f.cost / strength + len(f.x) * math.log(samples))
 
 
 def without_physics(nominal_left: float, refit_left: float) -> Verdict | None:

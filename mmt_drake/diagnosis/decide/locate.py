@@ -6,9 +6,9 @@ import numpy as np
 from scipy import signal
 
 from mmt_drake.diagnosis.decide import attribution
-from mmt_drake.diagnosis.decide.mismatch import AxisShare, BlockShare, Dependence, Mismatch
+from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.fit.tracks import Track
+from mmt_drake.diagnosis.fit.tracks import STATES, Track
 from mmt_drake.diagnosis.search.learn import Learned
 from mmt_drake.numeric.arrays import Array
 
@@ -16,17 +16,7 @@ _WINDOW_S = 0.5
 _LOUD = 2.0
 _BINS = 16
 _BAND_SHARE = 0.9
-_UNITS = {
-    "sliding_velocity": ("v", "m/s"),
-    "deflection": ("d", "m"),
-    "deflection_rate": ("d'", "m/s"),
-    "position": ("x", "m"),
-    "load": ("N", "N"),
-    "time": ("t", "s"),
-    "depth": ("depth", "m"),
-    "depth_rate": ("depth'", "m/s"),
-    "input": ("u", "units"),
-}
+_TIME = ("t", "time", "s")
 
 
 def locate(
@@ -51,14 +41,14 @@ def locate(
     )
 
 
-def _axes(problem: Problem, refit: Fitted) -> tuple[AxisShare, ...]:
+def _axes(problem: Problem, refit: Fitted) -> dict[str, float]:
     """Shares of the axes in what the fit leaves beyond the noise, each over its own; none of one axis alone."""
     ratios = problem.ratios(problem.residual(refit.model, refit.skew))
     beyond = {axis: max(ratio**2 - 1.0, 0.0) for axis, ratio in ratios.items()}
     total = sum(beyond.values())
     if len(beyond) < 2 or total == 0.0:
-        return ()
-    return tuple(AxisShare(axis, part / total) for axis, part in sorted(beyond.items(), key=lambda one: -one[1]))
+        return {}
+    return {axis: part / total for axis, part in sorted(beyond.items(), key=lambda one: -one[1])}
 
 
 def _blocks(
@@ -118,11 +108,11 @@ def _dependences(track: Track, refit: Fitted) -> tuple[Dependence, ...]:
     _, states = track.replay(refit.model, late=refit.late)
     result = []
     for name, values in {**states, "time": track.time - track.time[0]}.items():
-        symbol, unit = _UNITS.get(name, (name, ""))
+        symbol, _, unit = STATES.get(name, _TIME)
         found = _over(values[used], residual[used])
         if found is not None:
             score, low, high = found
-            span = f"{low:.3g} < {symbol} < {high:.3g} {refit.model.unit(unit)}"
+            span = f"{low:.3g} < {symbol} < {high:.3g} {refit.model.unit(unit) or 'units'}"
             result.append(Dependence(name, round(score, 4), span))
     return tuple(sorted(result, key=lambda d: -d.score))
 

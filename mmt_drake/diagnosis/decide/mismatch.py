@@ -1,8 +1,9 @@
 """A located mismatch as values: blocks, times, band and the signals that the residual follows."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-Interval = tuple[float, float]
+from mmt_drake.diagnosis.fit.errors import Interval
 
 
 @dataclass(frozen=True)
@@ -10,14 +11,6 @@ class BlockShare:
     """The share, 0 to 1, of the mismatch that belongs to one block."""
 
     block: str
-    share: float
-
-
-@dataclass(frozen=True)
-class AxisShare:
-    """The share, 0 to 1, of the mismatch beyond the noise that shows along one axis."""
-
-    axis: str
     share: float
 
 
@@ -45,11 +38,12 @@ class Mismatch:
         intervals_s: when, (from, to) [s].
         band_hz: in which band of frequencies; None where there is no mismatch.
         depends_on: highest score first.
-        axes: of several that are compared, largest share first. In the document `fit.by_axis` has them.
+        axes: of several that are compared the share, 0 to 1, of the mismatch beyond the noise that shows along each,
+            largest first. In the document `fit.by_axis` has them.
     """
 
     blocks: tuple[BlockShare, ...] = ()
     intervals_s: tuple[Interval, ...] = ()
     band_hz: Interval | None = None
     depends_on: tuple[Dependence, ...] = ()
-    axes: tuple[AxisShare, ...] = field(default=(), metadata={"document": False})
+    axes: Mapping[str, float] = field(default_factory=dict, metadata={"document": False})

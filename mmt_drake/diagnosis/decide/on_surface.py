@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, sifted
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
 from mmt_drake.diagnosis.fit.left_out import by_chance
 from mmt_drake.diagnosis.fit.place_tables import LEARNED
 from mmt_drake.diagnosis.fit.places import Explained, Scan
@@ -30,10 +30,5 @@ def believed_of(scan: Scan, explained: Sequence[Explained], fits: Sequence[Fitte
     chances = [max(t, p) for t, p in zip(in_time, in_place, strict=True)]
     costs = [one.unseen_cost for one in explained]
     unsaid = {f.hypothesis.key: vanishing(scan.surface.problem, f) - set(LEARNED) for f in fits}
-    standing, members, _ = sifted(fits, costs, chances, unsaid, 2.0 * noise * len(first.by_time))
-    return ConfidenceSet(
-        tuple(fits[i] for i in members),
-        {f.hypothesis.key: chance for f, chance in zip(fits, chances, strict=True)},
-        frozenset(fits[i].hypothesis.key for i in standing),
-        unsaid,
-    )
+    found, _ = ConfidenceSet.sifted(fits, costs, chances, unsaid, 2.0 * noise * len(first.by_time))
+    return found

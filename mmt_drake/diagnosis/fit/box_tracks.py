@@ -1,12 +1,12 @@
 """Tracks of a flexible box: its tangential axes and the one along the surface normal."""
 
-import threading
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from mmt_drake.diagnosis.fit.latest_replay import LatestReplay
 from mmt_drake.diagnosis.fit.tracks import NOISY, Replayed, States, Track, coarsened
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput
@@ -20,7 +20,7 @@ from mmt_drake.numeric.arrays import Array
 NORMAL_COLUMN = 2
 """Of the outputs of a contact: the force along the surface normal."""
 
-_latest = threading.local()
+_latest = LatestReplay()
 
 
 class _Tangential(NamedTuple):
@@ -64,8 +64,8 @@ def _normal_force(s: Smoothed, model: FlexibleBoxModel, p: Array) -> Array:
 
 def _tangential(s: Smoothed, columns: list[int], model: FlexibleBoxModel, p: Array) -> _Tangential:
     """Tangential axes, replayed together; the latest are kept, for the track of the other axis."""
-    key = (id(s), tuple(columns), p.tobytes())
-    if getattr(_latest, "key", None) != key:
+
+    def replayed() -> _Tangential:
         probe, probe_rate = (np.ascontiguousarray(motion[:, columns].T) for motion in (s.input, s.input_rate))
         above, above_rate = _height(s)
         if p[NORMAL_AXIS] != 0.0:
@@ -75,9 +75,9 @@ def _tangential(s: Smoothed, columns: list[int], model: FlexibleBoxModel, p: Arr
         found = _Tangential(np.empty((rows, len(s.time))), np.empty_like(probe), np.empty_like(probe))
         replay = replay_axis if len(columns) == 1 else replay_plane
         replay(s.time, probe, probe_rate, above, above_rate, s.contact.starts_in, s.contact.changes, p, *found)
-        _latest.key, _latest.smoothed, _latest.found = key, s, found
-    result: _Tangential = _latest.found
-    return result
+        return found
+
+    return _latest.of(s, (columns, p.tobytes()), replayed)
 
 
 @dataclass(frozen=True)
@@ -128,21 +128,6 @@ class BoxTrack(_OfBox):
 @dataclass(frozen=True)
 class NormalTrack(_OfBox):
     """The axis of a flexible box along the surface normal."""
-
-    @property
-    def measured(self) -> Array:
-        """See `Track.measured`; 0 where the sensor was at a limit."""
-        return np.nan_to_num(self.smoothed.output[:, NORMAL_COLUMN])
-
-    @cached_property
-    def weight(self) -> Array:
-        """See `Track.weight`; 0 where the sensor was at a limit."""
-        return self.smoothed.weight * np.isfinite(self.smoothed.output[:, NORMAL_COLUMN])
-
-    @property
-    def is_whole(self) -> bool:
-        """See `Track.is_whole`."""
-        return bool(np.isfinite(self.smoothed.output[:, NORMAL_COLUMN]).all())
 
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         s, model = self.smoothed, _box(model, self.smoothed)

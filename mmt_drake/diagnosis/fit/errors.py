@@ -6,7 +6,7 @@ sample on, or over the windows of the model's `window_s`. So anyone can compute 
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,98 +25,85 @@ from mmt_drake.windows import Windows
 Interval = tuple[float, float]
 
 
-def heldout_nrmse(
-    recording: Recording, model: Structure, intervals: Sequence[Interval], axes: Sequence[str] = ()
-) -> float:
-    """Error of a model on held-out data: sqrt(mean((measured - simulated)^2)) / std(measured).
+@dataclass(frozen=True)
+class HeldOutPart:
+    """What of a recording nothing was fitted to.
 
-    What counts are the samples within the intervals, of a flexible box those in contact.
+    What counts are the samples within the blocks, of a flexible box those in contact.
 
-    Args:
+    Attributes:
         recording: as read.
-        model: nominal or augmented.
-        intervals: held-out blocks (from, to) [s], ends included, in the recording's own time.
+        blocks: (from, to) [s], ends included, in the recording's own time.
+        smoothed: the recording; it knows the noise of each column.
         axes: those that count, of `x`, `y` and `z`, all samples of all of them together; ignored where there is one
             output.
-
-    Raises:
-        BadInput: model and recording do not fit, no sample counts, the measured output does not vary there, or a
-            recording of three axes and none of them named.
-        MmtError: the simulation diverges.
     """
-    chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
-    simulated = predicted(model, recording)
-    chosen &= np.isfinite(simulated[names[0]])
-    error = nrmse(_joined(recording.columns, names, chosen), _joined(simulated, names, chosen))
-    if error is None:
-        raise BadInput(recording.source, found="a constant output", expected="one that varies when held out")
-    return error
 
+    recording: Recording
+    blocks: tuple[Interval, ...]
+    smoothed: Smoothed
+    axes: tuple[str, ...] = ()
 
-def heldout_spread(
-    recording: Recording, model: Structure, intervals: Sequence[Interval], axes: Sequence[str] = ()
-) -> float:
-    """Standard deviation of what was measured over the samples that count: times `heldout_nrmse` it is the RMS error.
+    def nrmse(self, model: Structure) -> float:
+        """Error of a model: sqrt(mean((measured - simulated)^2)) / std(measured).
 
-    Args:
-        recording, model, intervals, axes: as in `heldout_nrmse`.
+        Raises:
+            BadInput: model and recording do not fit, no sample counts, the measured output does not vary there, or a
+                recording of three axes and none of them named.
+            MmtError: the simulation diverges.
+        """
+        chosen, simulated = self._counting(model), predicted(model, self.recording)
+        chosen &= self._known(simulated)
+        error = nrmse(self._joined(self.recording.columns, chosen), self._joined(simulated, chosen))
+        if error is None:
+            raise BadInput(self.recording.source, found="a constant output", expected="one that varies when held out")
+        return error
 
-    Returns:
-        In the unit of the output.
+    def spread(self, model: Structure) -> float:
+        """Standard deviation of what was measured, in its unit: times `nrmse` it is the RMS error; raises as that."""
+        return self._spread(self._counting(model) & self._known(predicted(model, self.recording)))
 
-    Raises:
-        BadInput, MmtError: as `heldout_nrmse`.
-    """
-    chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
-    chosen &= np.isfinite(predicted(model, recording)[names[0]])
-    return float(np.std(_joined(recording.columns, names, chosen)))
+    def floor(self, model: Structure) -> float:
+        """What sensor noise alone leaves, in the unit of `nrmse`; raises as that.
 
+        The output's own noise, and that of the recorded position and velocity sent through the model (`noise_through`).
+        """
+        chosen, through = self._counting(model), noise_through(model, self.recording, self.smoothed)
+        chosen &= self._known(through)
+        own = {name: self.smoothed.noise[name].std for name in self._outputs}
+        squares = [std**2 + float(np.mean(through[name][chosen] ** 2)) for name, std in own.items()]
+        return math.sqrt(math.fsum(squares) / len(squares)) / self._spread(chosen)
 
-def noise_floor(
-    recording: Recording, model: Structure, intervals: Sequence[Interval], axes: Sequence[str], smoothed: Smoothed
-) -> float:
-    """What sensor noise alone leaves, in the unit of `heldout_nrmse`.
+    @property
+    def _outputs(self) -> tuple[str, ...]:
+        """The columns that count."""
+        if self.recording.kind == "driven_body":
+            return ("output",)
+        if self.recording.kind == "single_axis":
+            return ("force",)
+        if not self.axes:
+            raise BadInput(self.recording.source, at="axes", found="none", expected="x, y, z or several")
+        return tuple(f"force_{axis}" for axis in self.axes)
 
-    The output's own noise, and that of the recorded position and velocity sent through the model (`noise_through`).
+    def _counting(self, model: Structure) -> Flags:
+        """(n,) samples that count: within the blocks, and of a flexible box those in contact."""
+        chosen = within(self.recording.time, self.blocks)
+        if isinstance(model, FlexibleBoxModel):
+            chosen &= in_contact(self.recording)
+        if not chosen.any():
+            found, expected = "no sample that counts", "held-out blocks with samples in contact"
+            raise BadInput(self.recording.source, at="held-out blocks", found=found, expected=expected)
+        return chosen
 
-    Args:
-        recording, model, intervals, axes: as in `heldout_nrmse`.
-        smoothed: of the recording; it knows the noise of each column.
+    def _known(self, simulated: Mapping[str, Array]) -> Flags:
+        """(n,) samples that were simulated."""
+        return np.isfinite(simulated[self._outputs[0]])
 
-    Raises:
-        BadInput, MmtError: as `heldout_nrmse`.
-    """
-    chosen, names = _counting(recording, model, intervals), _outputs(recording, axes)
-    through = noise_through(model, recording, smoothed)
-    chosen &= np.isfinite(through[names[0]])
-    squares = [smoothed.noise[name].std ** 2 + float(np.mean(through[name][chosen] ** 2)) for name in names]
-    return math.sqrt(math.fsum(squares) / len(squares)) / float(np.std(_joined(recording.columns, names, chosen)))
+    def _joined(self, columns: Mapping[str, Array], chosen: Flags) -> Array:
+        return np.concatenate([columns[name][chosen] for name in self._outputs])
 
-
-def _outputs(recording: Recording, axes: Sequence[str]) -> tuple[str, ...]:
-    """The columns that count."""
-    if recording.kind == "driven_body":
-        return ("output",)
-    if recording.kind == "single_axis":
-        return ("force",)
-    if not axes:
-        raise BadInput(recording.source, at="axes", found="none", expected="x, y, z or several")
-    return tuple(f"force_{axis}" for axis in axes)
-
-
-def _counting(recording: Recording, model: Structure, intervals: Sequence[Interval]) -> Flags:
-    """(n,) samples that count: within the blocks, and of a flexible box those in contact."""
-    chosen = within(recording.time, intervals)
-    if isinstance(model, FlexibleBoxModel):
-        chosen &= in_contact(recording)
-    if not chosen.any():
-        expected = "held-out blocks with samples in contact"
-        raise BadInput(recording.source, at="held-out blocks", found="no sample that counts", expected=expected)
-    return chosen
-
-
-def _joined(columns: Mapping[str, Array], names: Sequence[str], chosen: Flags) -> Array:
-    return np.concatenate([columns[name][chosen] for name in names])
+    def _spread(self, chosen: Flags) -> float:
+        return float(np.std(self._joined(self.recording.columns, chosen)))
 
 
 def predicted(model: Structure, recording: Recording) -> dict[str, Array]:

@@ -17,13 +17,13 @@ LEAST_NOISE = 1e-4
 brings the body to its goal whatever the model is, of how far it stays from that."""
 
 
-def with_floors(tracks: Sequence[Track], model: Structure, seed: int = 0) -> tuple[Track, ...]:
+def with_floors(tracks: Sequence[Track], model: Structure) -> tuple[Track, ...]:
     """The tracks with the noise that a model leaves of perfect data: the output's own, and the input's through it.
 
     Noise of the input's position and rate, white within the band, is sent through the model beside the input. What it
     and the states of windows add is one draw a window, so by chance it may be more: a deviation of that is allowed for.
     """
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(0)
     result = []
     for track in tracks:
         own, through = float(track.smoothed.output_noise[track.column]), noise_through(track, model, generator)

@@ -319,7 +319,7 @@ class Hypothesis:
             raise BadInput("hypothesis", found=found, expected="an effect with a free place")
         return replace(self, effects=(*self.effects, effect), held={**self.held, effect.name: held or {}})
 
-    def without(self, name: str) -> Hypothesis:
-        """The hypothesis with one effect less."""
-        rest = tuple(effect for effect in self.effects if effect.name != name)
-        return replace(self, effects=rest, held={k: v for k, v in self.held.items() if k != name})
+    def without(self, *names: str) -> Hypothesis:
+        """The hypothesis with these effects less."""
+        rest = tuple(effect for effect in self.effects if effect.name not in names)
+        return replace(self, effects=rest, held={k: v for k, v in self.held.items() if k not in names})

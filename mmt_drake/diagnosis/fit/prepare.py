@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import find_peaks, lombscargle
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.diagnosis.checks.excitation import motion_of
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
@@ -43,8 +44,7 @@ class Prepared:
     """Recordings made ready.
 
     Attributes:
-        recordings: as they were checked.
-        preflights: what the check of each one saw.
+        preflights: what the check of each recording saw.
         problem: what can be fitted; None where a recording was refused.
         fine: the same on a clock fast enough for forces that jump, for what is said in the end.
         skew: the largest skew of clocks that is left open [s].
@@ -52,7 +52,6 @@ class Prepared:
         initial: how every driven body begins those.
     """
 
-    recordings: tuple[Recording, ...]
     preflights: tuple[Preflight, ...]
     problem: Problem | None
     fine: Problem | None
@@ -61,17 +60,27 @@ class Prepared:
     initial: Initial = "rest"
 
     @property
+    def recordings(self) -> tuple[Recording, ...]:
+        """As they were checked."""
+        return tuple(check.recording for check in self.preflights)
+
+    @property
     def reason(self) -> str | None:
         """Why nothing can be said, and of which recording where there are several; None if something can."""
         return " ".join(finding.text for finding in self.findings if finding.severity == "refuse") or None
 
     @property
+    def refusal(self) -> str:
+        """Why nothing could be fitted, where that is so."""
+        return self.reason or "Nothing in these recordings moves."
+
+    @property
     def findings(self) -> tuple[Finding, ...]:
         """What the checks saw, recording by recording; where there are several each finding says of which it is."""
-        several = len(self.recordings) > 1
+        several = len(self.preflights) > 1
         return tuple(
-            replace(finding, text=f"{recording.source}: {finding.text}") if several else finding
-            for recording, check in zip(self.recordings, self.preflights, strict=True)
+            replace(finding, text=f"{check.recording.source}: {finding.text}") if several else finding
+            for check in self.preflights
             for finding in check.findings
         )
 
@@ -82,21 +91,19 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     Raises:
         BadInput: a recording that a model of this structure cannot be held against.
     """
-    recordings = [towards_goal(model, recording) for recording in recordings]
     even = replace(model, over=())  # orders of magnitude do not depend on conditions
-    checks = [preflight(recording, even) for recording in recordings]
-    recordings = [check.recording for check in checks]
+    checks = tuple(preflight(towards_goal(model, recording), even) for recording in recordings)
     tracks: list[Track] = []
     fine: list[Track] = []
     window_s, initial = model.window_s, model.initial
     # Without a mass there is no velocity to begin with.
     inert = isinstance(model, PositionOut) and model.value("m") > 0.0
-    if inert and any(sets_out(r.time, r["output"]) for r in recordings):
+    if inert and any(sets_out(check.recording.time, check.recording["output"]) for check in checks):
         initial = "fitted"
     if window_s is None and isinstance(even, DrivenBodyModel) and all(check.reason is None for check in checks):
         window_s = None if even.controller else window_length(checks, even)  # a closed loop holds its body
-    for recording, check in zip(recordings, checks, strict=True):
-        smoothed = check.smoothed
+    for check in checks:
+        recording, smoothed = check.recording, check.smoothed
         if check.reason is None:
             heldout = split(smoothed)
             # A driven body answers to its input without a damper between: linear pieces of that must be short.
@@ -112,19 +119,19 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
                 own = (_track(model, recording, finer, column, same, window_s, initial) for column in columns)
                 found += [track for track in own if not isinstance(track, NormalTrack) or _presses(track)]
     if not tracks or any(check.reason is not None for check in checks):
-        return Prepared(tuple(recordings), tuple(checks), None, None, 0.0)
+        return Prepared(checks, None, None, 0.0)
     skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
     if isinstance(model, DrivenBodyModel) and model.controller is not None:
         skew = 0.0  # a goal is set, not read; and to be late is what a loop does
     problem, finer_problem = (Problem(with_floors(some, model)) for some in (tracks, fine))
-    return Prepared(tuple(recordings), tuple(checks), problem, finer_problem, skew, window_s, initial)
+    return Prepared(checks, problem, finer_problem, skew, window_s, initial)
 
 
 def _as_far_as_known(recording: Recording, smoothed: Smoothed) -> Smoothed:
     """The recording with NaN for the normal force of a contact where its sensor is clipped, as far as filters reach."""
     if smoothed.kind != "contact":
         return smoothed
-    touching = raw_flags(recording, smoothed.noise["position_z"].std)
+    touching = raw_flags(recording, smoothed.noise)
     at_limit = recording.time[touching][clipped(recording["force_z"][touching])]
     output = smoothed.output.copy()
     output[near(smoothed.time, at_limit, smoothed.low_pass.half_length_s), 2] = np.nan
@@ -180,35 +187,32 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
     rate = np.gradient(moving, track.time) if driven else s.input_rate[:, track.column]
     acceleration = np.gradient(rate, track.time)
 
-    def rms(values: Array) -> float:
-        return float(np.sqrt(np.mean(values[used] ** 2)))
-
     def spread(values: Array) -> float:
         return float(np.std(values[used]))
 
     mass, stiffness = model.value("m"), model.value("k2")
-    force, left = rms(track.measured), track.residual(model)
+    force, left = rms(track.measured[used]), track.residual(model)
     u = s.input[:, 0]
     if isinstance(model, PositionOut):
         u, damping = model.commanded(track.time, u, moving, rate), model.value("b")
         left = model.resisting(u, moving, acceleration) - damping * rate
-        force = max(rms(mass * acceleration), rms(model.driving(u, moving)), damping * rms(rate))
+        force = max(rms(mass * acceleration[used]), rms(model.driving(u, moving)[used]), damping * rms(rate[used]))
         stiffness = max(stiffness, force / max(spread(moving), 1e-300))
     elif isinstance(model, KelvinVoigt):
         stiffness = max(stiffness, spread(track.measured) / max(spread(moving), 1e-300))
     return Scales(
         force=force,
-        velocity=max(rms(states["sliding_velocity"]), 0.1 * rms(rate)),
+        velocity=max(rms(states["sliding_velocity"][used]), 0.1 * rms(rate[used])),
         position=max(spread(states["position"]), 0.1 * spread(moving)),
         deflection=max(spread(states["deflection"]), 1e-3 * spread(moving)),
         load=float(np.mean(states["load"][used])) if "load" in states else 0.0,
-        mass=mass if mass > 0.0 else force / max(rms(acceleration), 1e-300),
+        mass=mass if mass > 0.0 else force / max(rms(acceleration[used]), 1e-300),
         stiffness=stiffness,
         frequency=max(float(s.top_hz[track.column]), 1.0 / (track.time[-1] - track.time[0])),
         duration=float(track.time[-1] - track.time[0]),
         step=s.clock.step,
         peaks=_peaks(track, model),
-        input=rms(u),
+        input=rms(u[used]),
         normal=next((_along_normal(t, model) for t in problem.tracks if isinstance(t, NormalTrack)), None),
         ripples=_ripples((moving if driven else states["position"])[used], left[used]),
         peak_force=float(np.max(np.abs(track.measured[used]))),
@@ -220,7 +224,7 @@ def _along_normal(track: NormalTrack, model: Structure) -> Scales:
     s = track.smoothed
     used = (track.weight > 0.0) & s.in_contact
     force, depth, rate = track.measured[used], s.input[used, NORMAL_COLUMN], s.input_rate[used, NORMAL_COLUMN]
-    force_rms, depth_rms, rate_rms = (float(np.sqrt(np.mean(values**2))) for values in (force, depth, rate))
+    force_rms, depth_rms, rate_rms = map(rms, (force, depth, rate))
     duration = float(track.time[-1] - track.time[0])
     return Scales(
         force=force_rms,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,8 @@ BLOCK_S = 1.5
 """Length of the blocks over which errors are taken as independent [s] ..."""
 LEAST_BLOCKS = 24
 """... at most this part of a recording."""
+_SPLIT, _EVERY = 12, 3
+"""A recording is split into so many blocks, of which every so manieth is held out."""
 _SETTLED = 1.5  # RMS of the residual over the noise floor
 
 
@@ -62,16 +65,14 @@ class Problem:
         return np.concatenate([self._of(track, model, skew, heldout, coarse) for track in self.tracks])
 
     def _of(self, track: Track, model: Structure, skew: float, heldout: bool, coarse: float) -> Array:
-        chosen = (track.heldout == heldout) & (track.weight > 0.0)
         # What a verdict is built on must be fit to be simulated throughout; a search asks for what it looks at alone.
         simulated = track if coarse == 1.0 else track.part(heldout)
-        return simulated.residual(model, skew, coarse)[chosen] * (math.sqrt(share(track.smoothed)) / track.floor)
+        residual = simulated.residual(model, skew, coarse)[track.compared(heldout)]
+        return residual * (math.sqrt(share(track.smoothed)) / track.floor)
 
     def samples(self, *, heldout: bool = False) -> float:
         """How many independent samples of noise the residuals are worth."""
-        return math.fsum(
-            share(t.smoothed) * np.count_nonzero((t.heldout == heldout) & (t.weight > 0.0)) for t in self.tracks
-        )
+        return math.fsum(share(t.smoothed) * np.count_nonzero(t.compared(heldout)) for t in self.tracks)
 
     def ratio(self, model: Structure, skew: float = 0.0, *, heldout: bool = False) -> float:
         """RMS of the residual over the noise floor, in the band compared: 1 where only noise is left."""
@@ -89,7 +90,7 @@ class Problem:
         samples: dict[str, float] = {}
         begin = 0
         for track in self.tracks:
-            count = int(np.count_nonzero((track.heldout == heldout) & (track.weight > 0.0)))
+            count = int(np.count_nonzero(track.compared(heldout)))
             own = residual[begin : begin + count]
             sums[track.axis] = sums.get(track.axis, 0.0) + float(own @ own)
             samples[track.axis] = samples.get(track.axis, 0.0) + share(track.smoothed) * count
@@ -234,14 +235,13 @@ class Problem:
         numbers, first = [], 0
         for track in self.tracks:
             own = track_blocks(track)
-            numbers.append(own[(track.heldout == heldout) & (track.weight > 0.0)] + first)
+            numbers.append(own[track.compared(heldout)] + first)
             first += int(own[-1]) + 1
         return np.concatenate(numbers)
 
     def touching(self, *, heldout: bool = False) -> Flags:
         """Which of the residuals were taken in contact."""
-        parts = [t.smoothed.in_contact[(t.heldout == heldout) & (t.weight > 0.0)] for t in self.tracks]
-        return np.concatenate(parts)
+        return np.concatenate([track.smoothed.in_contact[track.compared(heldout)] for track in self.tracks])
 
     def objective_blocks(self) -> NDArray[np.intp]:
         """Number of the block that each element of `objective` belongs to; the skew is one of its own."""
@@ -282,6 +282,20 @@ class Fitted:
         return self.hypothesis.skew_of(self.minimum.x)
 
     @property
+    def structure_values(self) -> dict[str, float]:
+        """The structural parameters found."""
+        return self.hypothesis.structure_values(self.x)
+
+    @property
+    def effect_values(self) -> dict[str, dict[str, Any]]:
+        """Effect, believed or added -> its parameters."""
+        return self.hypothesis.effect_values(self.x)
+
+    def numbers_for(self, hypothesis: Hypothesis, further: Mapping[str, Mapping[str, float]] | None = None) -> Array:
+        """Where another hypothesis begins: with the numbers of this fit, and those of `further` effects."""
+        return hypothesis.vector(self.structure_values, {**self.effect_values, **(further or {})}, self.skew)
+
+    @property
     def late(self) -> float:
         """By how much the input of a driven body is late in it [s]: with another it may be beyond integration."""
         return self.model.additions.delay + self.skew
@@ -310,16 +324,10 @@ def share(smoothed: Smoothed) -> float:
     return min(1.0, gain**2 * smoothed.every)
 
 
-def split(smoothed: Smoothed, blocks: int = 12, every: int = 3) -> Flags:
-    """Which samples are held out: every so manieth of contiguous blocks of equal count of comparable samples.
-
-    Args:
-        smoothed: the recording.
-        blocks: how many.
-        every: the last of every so many blocks is held out.
-    """
+def split(smoothed: Smoothed) -> Flags:
+    """Which samples are held out: every third of twelve contiguous blocks of equal count of comparable samples."""
     usable = (smoothed.weight > 0.0) & smoothed.in_contact
     count = np.cumsum(usable)
-    number = np.minimum(((count - 1).clip(0) * blocks) // max(int(count[-1]), 1), blocks - 1)
-    flags: Flags = number % every == every - 1
+    number = np.minimum(((count - 1).clip(0) * _SPLIT) // max(int(count[-1]), 1), _SPLIT - 1)
+    flags: Flags = number % _EVERY == _EVERY - 1
     return flags

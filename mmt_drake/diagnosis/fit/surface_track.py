@@ -1,11 +1,10 @@
 """Tracks of a tip on a surface: the three axes of its force."""
 
-import threading
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
+from mmt_drake.diagnosis.fit.latest_replay import LatestReplay
 from mmt_drake.diagnosis.fit.tracks import Replayed, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput
@@ -16,7 +15,7 @@ from mmt_drake.motion.hand import Place
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.signals import ORIENTATION
 
-_latest = threading.local()
+_latest = LatestReplay()
 
 
 def contact_over(s: Smoothed, model: Structure) -> Array:
@@ -29,15 +28,15 @@ def contact_over(s: Smoothed, model: Structure) -> Array:
     """
     if not isinstance(model, SurfaceContact):
         raise BadInput(s.source, found=f"a {model.NAME} model", expected="surface_contact")
-    p = model.kernel_vector()
-    key = (id(s), p.tobytes(), model.additions.tool)
-    if getattr(_latest, "key", None) != key:
+    p, tool = model.kernel_vector(), model.additions.tool
+
+    def replayed() -> Array:
         found = np.empty((len(s.time), 6))
-        position, rate = map(np.ascontiguousarray, tip_over(s, model.additions.tool))
+        position, rate = map(np.ascontiguousarray, tip_over(s, tool))
         surface_contact.replay(s.time, position, rate, p, found)
-        _latest.key, _latest.smoothed, _latest.found = key, s, found
-    result: Array = _latest.found
-    return result
+        return found
+
+    return _latest.of(s, (p.tobytes(), tool), replayed)
 
 
 def tip_over(s: Smoothed, tool: Place) -> tuple[Array, Array]:
@@ -61,21 +60,6 @@ def tip_over(s: Smoothed, tool: Place) -> tuple[Array, Array]:
 @dataclass(frozen=True)
 class SurfaceTrack(Track):
     """One axis of the force on a tip that presses into a surface."""
-
-    @property
-    def measured(self) -> Array:
-        """See `Track.measured`; 0 where the sensor was at a limit."""
-        return np.nan_to_num(self.smoothed.output[:, self.column])
-
-    @cached_property
-    def weight(self) -> Array:
-        """See `Track.weight`; 0 where the sensor was at a limit."""
-        return self.smoothed.weight * np.isfinite(self.smoothed.output[:, self.column])
-
-    @property
-    def is_whole(self) -> bool:
-        """See `Track.is_whole`."""
-        return bool(np.isfinite(self.smoothed.output[:, self.column]).all())
 
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         s = self.smoothed

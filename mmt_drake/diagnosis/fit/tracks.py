@@ -44,6 +44,18 @@ LONG, _FEWEST = 12_000, 3
 _NODES = 6  # of the interpolation in time
 
 States = Mapping[str, Array]
+"""The signals that a missing force may depend on, by name."""
+STATES = {
+    "sliding_velocity": ("v", "sliding velocity", "m/s"),
+    "deflection": ("d", "deflection", "m"),
+    "deflection_rate": ("d'", "deflection rate", "m/s"),
+    "position": ("x", "body position", "m"),
+    "load": ("N", "normal load", "N"),
+    "depth": ("depth", "depth", "m"),
+    "depth_rate": ("depth'", "depth rate", "m/s"),
+    "input": ("u", "input", ""),
+}
+"""Name -> how it is written in a formula and on a figure, and its unit."""
 Replayed = tuple[Array, Callable[[], States]]
 """An output (n,), and the signals that belong to it where they are asked for: a search asks for none."""
 
@@ -71,20 +83,27 @@ class Track(ABC):
         """(n,) [s]."""
         return self.smoothed.time
 
-    @property
+    @cached_property
     def measured(self) -> Array:
-        """(n,) filtered output."""
-        return self.smoothed.output[:, self.column]
+        """(n,) filtered output; 0 where the sensor was at a limit."""
+        return np.nan_to_num(self.smoothed.output[:, self.column])
 
-    @property
+    @cached_property
     def weight(self) -> Array:
-        """(n,) 1 where measured and simulated output can be compared; in free space too, where the sensor is alone."""
-        return self.smoothed.weight
+        """(n,) 1 where measured and simulated output can be compared; in free space too, where the sensor is alone.
+
+        0 where the sensor was at a limit.
+        """
+        return self.smoothed.weight * np.isfinite(self.smoothed.output[:, self.column])
+
+    def compared(self, heldout: bool) -> Flags:
+        """(n,) samples that are compared: those held out, or the others."""
+        return (self.heldout == heldout) & (self.weight > 0.0)
 
     @property
     def is_whole(self) -> bool:
-        """Whether all of the output was recorded as it was."""
-        return True
+        """Whether all of the output was recorded as it was: its sensor was at no limit."""
+        return bool(np.isfinite(self.smoothed.output[:, self.column]).all())
 
     @property
     def tells_scale(self) -> bool:

@@ -114,7 +114,7 @@ def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:
 
 def absent(problem: Problem, fitted: Fitted) -> frozenset[str]:
     """Effects of which the fit says that they happen, but not within the recordings."""
-    values, within, model = fitted.hypothesis.effect_values(fitted.x), ranges(problem, fitted), fitted.model
+    values, within, model = fitted.effect_values, ranges(problem, fitted), fitted.model
 
     def engages(effect: Effect) -> bool:
         used = {

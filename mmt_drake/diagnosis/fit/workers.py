@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 from threadpoolctl import threadpool_limits
 
@@ -51,6 +51,11 @@ def workers(jobs: int | None = None, cluster: str | None = None) -> Iterator[Exe
     with client, ClusterExecutor(client) as executor:
         client.run(_one_blas_thread)
         yield executor
+
+
+def given_or_own(executor: Executor | None) -> AbstractContextManager[Executor]:
+    """The executor of who calls; threads of one's own where there is none."""
+    return workers() if executor is None else nullcontext(executor)
 
 
 def _stopped_by(stop: threading.Event) -> None:

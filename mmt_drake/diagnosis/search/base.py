@@ -81,7 +81,7 @@ def _doubting(problem: Problem, nearest: Fitted, executor: Executor) -> Fitted |
     hypothesis = replace(nearest.hypothesis, doubted=nearest.hypothesis.nominal.GIVEN)
     if hypothesis.free == nearest.hypothesis.free:
         return None
-    starts = (hypothesis.base(), hypothesis.vector(nearest.hypothesis.structure_values(nearest.x), {}))
+    starts = (hypothesis.base(), hypothesis.vector(nearest.structure_values, {}))
     fits = problem.fits([(hypothesis, x) for x in starts], executor, steps=STEPS, converged_at=CONVERGED)
     best = min(fits, key=lambda f: f.cost, default=None)
     return best if best is not None and _is_noise(problem, best) else None

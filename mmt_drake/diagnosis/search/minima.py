@@ -52,14 +52,13 @@ def at_the_limit(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     A law far out towards that limit says nothing but the simpler one, whose own starts may have ended in poor minima.
     """
     problem, best, others = setup.problem, found[0], list(found)
-    structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
     for effect in best.hypothesis.effects:
-        rest, known = best.hypothesis.without(effect.name), effects[effect.name]
+        rest, known = best.hypothesis.without(effect.name), best.effect_values[effect.name]
         for law in setup.library:
             shared = {p.symbol for p in rest.fitted_parameters(law)} <= set(known)
             if law.name in effect.holds and shared and rest.admits(law):
                 limit = rest.adding(law)
-                start = limit.vector(structure, {**effects, law.name: known}, best.skew)
+                start = best.numbers_for(limit, {law.name: known})
                 fitted = attempt(problem.fit, limit, start, steps=REFINING_STEPS, secant=True)
                 others += [] if fitted is None else [per_axis_if_better(problem, fitted, REFINING_STEPS)]
     return best_of_each(others)
@@ -71,10 +70,9 @@ def _instead(setup: SearchSetup, best: Fitted, effect: Effect, laws: Sequence[Ef
         return []
     problem = setup.problem
     hypothesis = best.hypothesis.without(effect.name)
-    structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
-    rest = problem.at(hypothesis, hypothesis.vector(structure, effects, best.skew))
+    rest = problem.at(hypothesis, best.numbers_for(hypothesis))
     tries = all_starts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, setup.scales)
-    known = effects[effect.name]
+    known = best.effect_values[effect.name]
     alike = [replace(a, values={k: known.get(k, v) for k, v in a.values.items()}) for a in tries]
     tries += [a for a, b in zip(alike, tries, strict=True) if a.values != b.values]
     return refine(setup, screen(setup, tries), rest.cost) if tries else []
@@ -85,9 +83,8 @@ def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
 
     A first effect caught in a poor minimum calls for a second one that makes up for it, and may need none after all.
     """
-    structure, effects = best.hypothesis.structure_values(best.x), best.hypothesis.effect_values(best.x)
-    fewer = [best.hypothesis.without(name) for name in best.hypothesis.names]
-    starts = [(h, h.vector(structure, effects, best.skew)) for h in fewer]
+    fewer = (best.hypothesis.without(name) for name in best.hypothesis.names)
+    starts = [(hypothesis, best.numbers_for(hypothesis)) for hypothesis in fewer]
     return problem.fits(starts, executor, steps=REFINING_STEPS, secant=True)
 
 

@@ -15,7 +15,7 @@ from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, s
 from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup
 
-LEVELS = ("one missing effect", "two missing effects", "three missing effects")
+LEVELS = ("one missing effect", "two missing effects")
 """What a search looks for, stage by stage."""
 _MOST_SEEDS = 4
 _FURTHER, _FURTHER_KEPT = 24, 2
@@ -29,14 +29,13 @@ _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
 
-def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -> list[list[Fitted]]:
-    """Try one effect, then two, then three, as long as more than noise is left.
+def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fitted]]:
+    """Try one effect, then two, as long as more than noise is left.
 
     Args:
         setup: what is fitted, and what is tried.
         base: the fit without effects.
         enough: whether a fit leaves so little that nothing more need be sought.
-        most: effects at once.
 
     Returns:
         Of each number of effects, from one on: the candidates, best first.
@@ -49,7 +48,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
     tries = all_starts(origins, library, scales)
     seeds = [base]
     best_starts: dict[str, Start] = {}
-    for level, stage in enumerate(LEVELS[:most]):
+    for level, stage in enumerate(LEVELS):
         setup.watch.begin(stage)
         with setup.watch.within(_SHARE):
             if level > 0:
@@ -80,7 +79,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough, most: int = 3) -
             if level == 0:
                 levels[-1] = _made_up(setup, tries, levels[-1])
             break
-        if level + 1 < most and setup.watch.is_late():
+        if level + 1 < len(LEVELS) and setup.watch.is_late():
             setup.watch.miss([f"sets of {level + 2} effects"])
             break
         found = [f for f in found if not absent(problem, f)] or found

@@ -146,19 +146,16 @@ class Start:
 
     def _slighter(self, base: Fitted, hypothesis: Hypothesis, start: Array, parts: Sequence[float]) -> list[Array]:
         """Parts of the way from no effect at all to the start; what shapes the effect is the start's on all of it."""
-        structure, effects = base.hypothesis.structure_values(base.x), base.hypothesis.effect_values(base.x)
         shapes = {p.symbol for p in self.effect.parameters if p.shape}
         vanished = self.effect.vanished(base.model) | {s: v for s, v in self.values.items() if s in shapes}
-        nothing = hypothesis.vector(structure, {**effects, self.effect.name: vanished}, base.skew)
+        nothing = base.numbers_for(hypothesis, {self.effect.name: vanished})
         return [nothing + part * (start - nothing) for part in parts]
 
     def _begin(self, base: Fitted) -> tuple[Hypothesis, Array, Array]:
         optional = [p.symbol for p in self.effect.parameters if p.default is not None]
         held = {symbol: self.values[symbol] for symbol in optional if symbol in self.values}
         hypothesis = base.hypothesis.adding(self.effect, held)
-        structure = base.hypothesis.structure_values(base.x)
-        effects = base.hypothesis.effect_values(base.x)
-        start = hypothesis.vector(structure, {**effects, self.effect.name: self.values}, base.skew)
+        start = base.numbers_for(hypothesis, {self.effect.name: self.values})
         before = {parameter.key: i for i, parameter in enumerate(base.hypothesis.free_parameters())}
         known = np.full((len(base.minimum.residual), len(start)), np.nan)
         for j, parameter in enumerate(hypothesis.free_parameters()):

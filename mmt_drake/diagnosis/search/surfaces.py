@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.diagnosis.fit.box_tracks import NORMAL_COLUMN
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.place_tables import SHAPE, STIFFNESS, Tables
@@ -157,15 +158,14 @@ class SurfaceSearch:
         hypothesis = replace(hypothesis, widened=hypothesis.widened | {s for s in ("k", "b") if s in hypothesis.free})
         values: dict[str, dict[str, float]] = {}
         loads = [t.measured[t.weight > 0.0] for t in self.problem.tracks]
-        force = float(np.sqrt(np.mean(np.concatenate(loads) ** 2)))
-        speed = max(float(np.sqrt(np.mean(t.smoothed.input_rate**2))) for t in self.problem.tracks)
+        force, speed = rms(np.concatenate(loads)), max(rms(t.smoothed.input_rate) for t in self.problem.tracks)
         first = {"mu": _AT_FIRST, "Fc": _AT_FIRST * force, "b": _AT_FIRST * force / max(speed, 1e-9)}
         if set(names) & set(STICKING):  # how stiffly the tip is held shows only where it sticks
             hypothesis = replace(hypothesis, doubted=hypothesis.nominal.GIVEN)
         for name in names:
             hypothesis = hypothesis.adding(known[name])
             values[name] = {p.symbol: first.get(p.symbol, 0.0) for p in known[name].parameters}
-        structure = self.base.hypothesis.structure_values(self.base.x)
+        structure = self.base.structure_values
         if SHAPE in names:  # a level surface may have driven the stiffness anywhere
             nominal = self.base.hypothesis.nominal
             structure = {s: nominal.parameter(s) for s in structure}

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.zero_phase import LowPass, convolved
 
@@ -133,7 +134,7 @@ def smoothed_motion(
         ends = math.ceil(low_pass.half_length_s * rate_hz)
         difference = (low_pass.apply(u, rate_hz) - motion.velocity)[ends:-ends]
         expected = math.hypot(motion.velocity_noise, low_pass.white_noise_gain(rate_hz) * su)
-        if float(np.sqrt(np.mean(difference**2))) > _DISAGREEMENT * expected:
+        if rms(difference) > _DISAGREEMENT * expected:
             return alone, False
     return [_axis(p, u, rate_hz, band, sp, su) for p, u, band, sp, su in axes], True
 

@@ -41,10 +41,6 @@ class Noise:
         """Deviation of the white noise at this rate that has the same density in the band."""
         return math.sqrt(self.density * rate_hz / 2.0)
 
-    def after(self, white_gain: float, rate_hz: float) -> float:
-        """Deviation after a low-pass that multiplies white noise at `rate_hz` by `white_gain`."""
-        return self.white_std(rate_hz) * white_gain
-
 
 def spectrum(values: Array, rate_hz: float, segment: int = _SEGMENT) -> tuple[Array, Array]:
     """Frequencies (m,) [Hz] and one-sided power spectral density (m,) of (n,), a median over segments.

@@ -36,24 +36,16 @@ class Rest:
     Attributes:
         mean: its bias [N], (k,).
         standard_error: of the bias, colour taken into account [N], (k,).
-        std: of the noise [N], (k,).
-        density: one-sided power spectral density of the noise below the band [N^2/Hz], (k,).
-        colour_db: that density over the one of the upper half of the spectrum [dB], (k,).
+        noise: of each axis, its density that below the band, its colour over the upper half of the spectrum.
         hum: of each axis, or None.
         seconds: how much free space there was.
     """
 
     mean: Array
     standard_error: Array
-    std: Array
-    density: Array
-    colour_db: Array
+    noise: tuple[Noise, ...]
     hum: tuple[Hum | None, ...]
     seconds: float
-
-    def noise(self, axis: int) -> Noise:
-        """The noise of one axis."""
-        return Noise(float(self.std[axis]), float(self.density[axis]), float(self.colour_db[axis]), "free space")
 
 
 def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.inf) -> Rest | None:
@@ -82,9 +74,10 @@ def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.in
     lengths = np.array([len(part) for part in parts])
     left = [signal.detrend(part, axis=0) for part in parts]
     std = np.sqrt(sum((part**2).sum(axis=0) for part in left) / (lengths - 2).sum())
-    density, colour = _densities(left, lengths, rate_hz, band_hz)
+    known = zip(std, *_densities(left, lengths, rate_hz, band_hz), strict=True)
+    noise = tuple(Noise(float(s), float(d), float(c), "free space") for s, d, c in known)
     mean = np.average([part.mean(axis=0) for part in parts], axis=0, weights=lengths)
-    return Rest(mean, _batch_error(parts, rate_hz), std, density, colour, tuple(hums), float(lengths.sum()) / rate_hz)
+    return Rest(mean, _batch_error(parts, rate_hz), noise, tuple(hums), float(lengths.sum()) / rate_hz)
 
 
 def _batch_error(parts: list[Array], rate_hz: float) -> Array:

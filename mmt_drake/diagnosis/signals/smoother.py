@@ -175,8 +175,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         bands.moving_hz,
         *(np.array([noise[name].white_std(clock.rate_hz) for name in names]) for names in (columns.moving, rates)),
     )
-    flags = raw_flags(recording, noise["position_z"].std if three_axes else 0.0)
-    flags = held_on_clock(recording.time, flags, clock)
+    flags = held_on_clock(recording.time, raw_flags(recording, noise), clock)
     contact = contact_of(clock.times(), flags, motion[2].position if three_axes else None)
     output = columns.table(outputs)
     rest = None
@@ -185,7 +184,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         free = ~(near(clock.times(), contact.touches, _BEFORE_TOUCH_S) | near(clock.times(), settling, 0.0) | flags)
         rest = at_rest(output, clock.rate_hz, free, low_pass.band_hz)
     if rest is not None:
-        noise |= {name: rest.noise(i) for i, name in enumerate(outputs)}
+        noise |= zip(outputs, rest.noise, strict=True)
     gain = low_pass.white_noise_gain(clock.rate_hz)
     known = columns.table(columns.channels.inputs)
     quiet = [
@@ -213,7 +212,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         noise=noise,
         input_noise=_left_of_input(columns, every) if driven else np.array([axis.position_noise for axis in motion]),
         input_rate_noise=np.zeros(1) if driven else np.array([axis.velocity_noise for axis in motion]),
-        output_noise=np.array([noise[name].after(gain, clock.rate_hz) for name in outputs]),
+        output_noise=np.array([gain * noise[name].white_std(clock.rate_hz) for name in outputs]),
         input_filter=columns.input_filter,
         resampling_error=bands.resampling_error,
         clock=clock,

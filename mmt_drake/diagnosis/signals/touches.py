@@ -1,10 +1,12 @@
 """Touches: when the probe meets and leaves the object, finer than a sample and without chatter."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
+from mmt_drake.diagnosis.signals.noise import Noise
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 
@@ -50,7 +52,7 @@ class ContactTimes:
         return held / width
 
 
-def raw_flags(recording: Recording, noise_z: float) -> Flags:
+def raw_flags(recording: Recording, noise: Mapping[str, Noise]) -> Flags:
     """Contact (n,) at the recording's samples.
 
     A column `in_contact` of its own is taken as it is. Where there is none, contact is z < 0 with a hysteresis of
@@ -58,14 +60,14 @@ def raw_flags(recording: Recording, noise_z: float) -> Flags:
 
     Args:
         recording: of any kind with forces or an output.
-        noise_z: deviation of the noise on position_z [m].
+        noise: of its columns; that of position_z counts.
     """
     if "in_contact" in recording and "in_contact" not in recording.derived:
         flags: Flags = recording["in_contact"] != 0.0
         return flags
     if recording.kind != "contact":
         return np.ones(len(recording), dtype=bool)
-    below = _with_hysteresis(recording["position_z"], _SIGMAS * noise_z)
+    below = _with_hysteresis(recording["position_z"], _SIGMAS * noise["position_z"].std)
     return np.asarray(below, dtype=bool)
 
 

@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from mmt_drake.diagnosis.decide.budget import HeldOutPart
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, Depth
 from mmt_drake.diagnosis.fit.comparison import at_bounds
-from mmt_drake.diagnosis.fit.errors import heldout_spread
+from mmt_drake.diagnosis.fit.errors import HeldOutPart
 from mmt_drake.diagnosis.fit.hypothesis import SKEW
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.search.equal import equal_sets
@@ -46,15 +45,14 @@ def figures(held: HeldOutPart, models: tuple[Structure, Structure, Structure]) -
     """
     axes = held.axes if held.recording.kind == "contact" else ()
     errors = HeldoutNrmse(*map(held.nrmse, models))
-    by_axis = tuple(_along(held._replace(axes=(axis,)), models) for axis in axes)
+    by_axis = tuple(_along(replace(held, axes=(axis,)), models) for axis in axes)
     free = HeldoutNrmse(*(attempt(held.nrmse, replace(model, window_s=None)) for model in models))
     time = held.recording.time
     window = float(time[-1] - time[0])
     if models[0].window_s is not None:
         window /= blocks_of(time, models[0].window_s)
-    spread = heldout_spread(held.recording, models[0], held.blocks, held.axes)
     unit = models[0].unit("m" if held.recording.kind == "driven_body" else "N")
-    return Fit(axes, held.blocks, held.floor(models[-1]), errors, free, window, by_axis, spread, unit)
+    return Fit(axes, held.blocks, held.floor(models[-1]), errors, free, window, by_axis, held.spread(models[0]), unit)
 
 
 def _along(held: HeldOutPart, models: tuple[Structure, Structure, Structure]) -> AxisFit:
@@ -67,7 +65,7 @@ def named(
 ) -> tuple[NamedEffect, ...]:
     """The effects of a fit that have a depth, with the intervals of all their numbers, and how deep each name holds."""
     index = {p.key: i for i, p in enumerate(best.hypothesis.free_parameters())}
-    values = best.hypothesis.effect_values(best.x)
+    values = best.effect_values
     unit = best.hypothesis.nominal.unit
     result = []
     for effect in (e for e in best.hypothesis.effects if e.name in depths):

@@ -108,6 +108,11 @@ class Evidence:
         return {name: self.measured.values - output for name, output in self.models.items()}
 
     @property
+    def errors(self) -> dict[str, Array]:
+        """The same where samples count; NaN elsewhere."""
+        return {name: np.where(self.counted, values, np.nan) for name, values in self.residuals.items()}
+
+    @property
     def heldout(self) -> Flags:
         """(n,) samples in held-out blocks, both ends included."""
         return within(self.time, self.heldout_s)

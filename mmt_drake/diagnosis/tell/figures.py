@@ -1,15 +1,13 @@
 """The picture beside a report, for print: a matplotlib Figure of a recording, measured and simulated, no pyplot."""
 
-import math
-
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.analysis.plotting import legend_above, line, panels, styled
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.tell.evidence import Evidence
-from mmt_drake.diagnosis.tell.figures_common import COLORS, HELDOUT, MEASURED, NAMES, NOISE, axis_label
+from mmt_drake.diagnosis.tell.figures_common import COLORS, HELDOUT, MEASURED, NAMES, NOISE, axis_label, limits
 from mmt_drake.numeric.arrays import Array
 
 ENLARGED_BELOW = 0.3
@@ -23,7 +21,7 @@ def overview(evidence: Evidence) -> Figure:
     What the best one leaves comes once more, enlarged, if it is small beside the others. Errors are drawn where samples
     count; the grey band is two standard deviations of the noise to either side. Held-out blocks are shaded.
     """
-    errors = {name: np.where(evidence.counted, values, np.nan) for name, values in evidence.residuals.items()}
+    errors = evidence.errors
     best = next(reversed(errors), None)
     sizes = {name: np.nanmax(np.abs(values), initial=0.0) for name, values in errors.items()}
     rows = [*errors.items()]
@@ -49,7 +47,7 @@ def overview(evidence: Evidence) -> Figure:
     for number, (panel, (name, values)) in enumerate(zip(below, rows, strict=True)):
         enlarged = number == len(errors)
         line(panel, evidence.time, values, NAMES[name], color=COLORS[name], linewidth=0.8)
-        _scale(panel, *([values] if enlarged else errors.values()))
+        panel.set_ylim(limits(*([values] if enlarged else errors.values())))
         if evidence.noise is not None:
             panel.axhspan(-2.0 * evidence.noise, 2.0 * evidence.noise, color=NOISE, alpha=0.4, linewidth=0, zorder=1.5)
             for edge in (-2.0 * evidence.noise, 2.0 * evidence.noise) if enlarged else ():
@@ -69,14 +67,4 @@ def _rms(evidence: Evidence, error: Array) -> str:
     """Of the error over held-out samples, or over all that count where nothing was held out."""
     known = np.isfinite(error)
     chosen = known & evidence.heldout if np.any(known & evidence.heldout) else known
-    value = math.sqrt(float(np.mean(error[chosen] ** 2))) if np.any(chosen) else 0.0
-    return f"{significant(value, 3)} {evidence.measured.unit}{' held out' if evidence.heldout_s else ''}"
-
-
-def _scale(panel: Axes, *values: Array) -> None:
-    """Fit the y axis to all but the utmost thousandth of the values, with a margin."""
-    finite = np.concatenate([array[np.isfinite(array)] for array in values])
-    if finite.size:
-        low, high = np.percentile(finite, (0.05, 99.95))
-        margin = 0.08 * (high - low) or 1.0
-        panel.set_ylim(low - margin, high + margin)
+    return f"{significant(rms(error[chosen]), 3)} {evidence.measured.unit}{' held out' if evidence.heldout_s else ''}"

@@ -1,6 +1,6 @@
 """Motions, inputs and goals that a recording's own hand, or drive, could make: the bank's, as far and fast as those."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,12 +30,15 @@ _TEMPI_AND_GAINS = tuple((2.0**k, gain) for gain in (1.0, 0.6, 0.3) for k in ran
 
 @dataclass(frozen=True)
 class MotionPlan:
-    """A motion or input to try, as columns over time."""
+    """A motion or input to try: how it is made, in words, and what it is, a recording of its name."""
 
-    name: str
     text: str
-    time: Array
-    columns: Mapping[str, Array]
+    recording: Recording
+
+    @property
+    def name(self) -> str:
+        """A few words."""
+        return self.recording.source
 
 
 def closed_loop(model: Structure) -> bool:
@@ -104,10 +107,10 @@ class Planner:
             x = self.smoothed.input[:, 0]
             middle = 0.5 * float(x.min() + x.max())
             columns = {"position": middle + position[:, 1], "velocity": velocity[:, 1]}
-            return MotionPlan(motion.name, motion.text, time, columns)
+            return MotionPlan(motion.text, Recording(time, columns, motion.name))
         columns = {f"position_{axis}": position[:, i] for i, axis in enumerate(AXES)}
         columns |= {f"velocity_{axis}": velocity[:, i] for i, axis in enumerate(AXES)}
-        return MotionPlan(motion.name, motion.text, time, columns)
+        return MotionPlan(motion.text, Recording(time, columns, motion.name))
 
     def _inputs(self) -> Iterator[MotionPlan]:
         """Inputs as strong as the recorded one, each as slow as keeps the body in its range; none without any input.
@@ -137,14 +140,15 @@ class Planner:
         columns = {"input": rest + size * one.shape(time, top_hz), "output": start}
         if "load" in self.recording:
             columns["load"] = np.full(len(time), float(np.mean(self.recording["load"])))
-        return MotionPlan(one.name, f"{one.text.format(top=top_hz)}, {size:.3g} at most", time, columns)
+        text = f"{one.text.format(top=top_hz)}, {size:.3g} at most"
+        return MotionPlan(text, Recording(time, columns, one.name))
 
     def _stays(self, plan: MotionPlan) -> bool:
         """Whether the body stays about where it was recorded, whatever explanation is right."""
         x = self.recording["output"]
         middle, half = 0.5 * float(x.max() + x.min()), 0.5 * float(np.ptp(x))
         try:
-            outputs = [free_running(model, Recording(plan.time, plan.columns))["output"] for model in self.models]
+            outputs = [free_running(model, plan.recording)["output"] for model in self.models]
         except MmtError:
             return False
         return all(float(np.abs(output - middle).max()) <= _FARTHER * half for output in outputs)

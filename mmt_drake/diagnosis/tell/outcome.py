@@ -1,12 +1,14 @@
 """The outcome of a diagnosis: in fits, and as the document that is written and read."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler
+from mmt_drake.diagnosis.decide.budget import NAMELESS, SHARED, BudgetPart, Ruler
 from mmt_drake.diagnosis.decide.confidence import (
     MOST_NAMELESS,
     ConfidenceSet,
+    Depth,
     beside_its_kin,
     beside_the_nameless,
     beside_the_untried,
@@ -75,7 +77,7 @@ class Outcome:
         """That the effects found act in."""
         if self.best is None:
             return frozenset()
-        values, effects = self.best.hypothesis.effect_values(self.best.x), self.best.hypothesis.effects
+        values, effects = self.best.effect_values, self.best.hypothesis.effects
         return frozenset(e.block if e.block_of is None else e.block_of(values[e.name]) for e in effects)
 
 
@@ -88,14 +90,13 @@ class Judgement:
         standard: what the fits were held to; its problem is theirs.
         refit: the fit of the model's own parameters.
         best: the fit that is delivered, but for a table.
-        ruler: of held-out errors.
         shares: the budget of what is delivered.
         ranked: all that was tried and is listed, best first.
         believed: what is not ruled out; None where nothing is named.
         tried: how many sets of effects were tried.
+        untried: what there was no time for.
         learned: the table that is delivered beside it, for what has no name.
         shapes: all the tables that were learned.
-        untried: what there was no time for.
         bent: effects that depend on a signal in another way than their law says.
     """
 
@@ -103,14 +104,13 @@ class Judgement:
     standard: NoiseReference
     refit: Fitted
     best: Fitted
-    ruler: Ruler
     shares: tuple[BudgetPart, ...]
     ranked: Sequence[Fitted] = ()
     believed: ConfidenceSet | None = None
     tried: int = 0
+    untried: tuple[str, ...] = ()
     learned: Learned | None = None
     shapes: Sequence[Learned] = ()
-    untried: tuple[str, ...] = ()
     bent: frozenset[str] = frozenset()
 
     @property
@@ -132,7 +132,8 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         model: the model handed in.
         judgement: what was found.
     """
-    problem, named, ruler, delivered = judgement.standard.problem, judgement.named, judgement.ruler, judgement.delivered
+    problem, named, delivered = judgement.standard.problem, judgement.named, judgement.delivered
+    ruler = Ruler(prepared, problem)
     ranked, believed = judgement.ranked, judgement.believed
     nothing = judgement.verdict == "no_mismatch"
     known_to = intervals(problem, delivered)
@@ -146,37 +147,16 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     rivals: list[Fitted] = []
     if named is not None and believed is not None:
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
-        sure = judgement.verdict != "ambiguous"
-        share = {part.part: part.share for part in judgement.shares}
-        nameless = share.get("nameless", 0.0)
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
         may_be_nothing = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
-        may_be_other = may_be_nothing | judgement.bent
         depths = {
-            e.name: beside_the_untried(
-                beside_its_kin(
-                    beside_the_nameless(
-                        believed.depth(e),
-                        share.get(e.name, 0.0),
-                        nameless,
-                        e.name in may_be_other,
-                        share.get("shared", 0.0),
-                    ),
-                    e,
-                    named.hypothesis.effects,
-                ),
-                e,
-                _untried_for(e, named, judgement.untried, nameless > MOST_NAMELESS * share.get(e.name, 0.0)),
-            )
-            if sure
-            else None
+            e.name: _depth(e, named, believed, judgement, e.name in may_be_nothing | judgement.bent)
             for e in named.hypothesis.effects
         }
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
     mismatch = Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes)
-    shares = {one.axis: one.share for one in mismatch.axes}
-    by_axis = tuple(replace(one, mismatch=shares.get(one.axis)) for one in figures.by_axis)
+    by_axis = tuple(replace(one, mismatch=mismatch.axes.get(one.axis)) for one in figures.by_axis)
     diagnosis = Diagnosis(
         verdict=judgement.verdict,
         summary="",
@@ -198,6 +178,19 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     )
     diagnosis = replace(diagnosis, summary=summary_of(diagnosis))
     return Outcome(diagnosis, prepared, model, judgement.refit, delivered, tuple(ranked))
+
+
+def _depth(
+    effect: Effect, named: Fitted, believed: ConfidenceSet, judgement: Judgement, may_be_other: bool
+) -> Depth | None:
+    """How deep the name of an effect holds; None where not even its block is sure."""
+    if judgement.verdict == "ambiguous":
+        return None
+    shares = defaultdict(float, {part.part: part.share for part in judgement.shares})
+    own, nameless = shares[effect.name], shares[NAMELESS]
+    untried = _untried_for(effect, named, judgement.untried, nameless > MOST_NAMELESS * own)
+    depth = beside_the_nameless(believed.depth(effect), own, nameless, may_be_other, shares[SHARED])
+    return beside_the_untried(beside_its_kin(depth, effect, named.hypothesis.effects), effect, untried)
 
 
 def _untried_for(effect: Effect, named: Fitted, untried: Iterable[str], more_is_missing: bool = False) -> list[Effect]:
@@ -222,7 +215,7 @@ def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> 
     """
     diagnosis = Diagnosis(
         verdict="insufficient_data",
-        summary=reason or prepared.reason or "Nothing in these recordings moves.",
+        summary=reason or prepared.refusal,
         preflight=prepared.findings,
         recordings=tuple(recording.source for recording in prepared.recordings),
     )

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import signal
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.diagnosis.checks.preflight import Preflight
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.errors import free_running, in_contact, intervals_of, noise_through
 from mmt_drake.diagnosis.fit.surface_track import SurfaceTrack
-from mmt_drake.diagnosis.fit.tracks import Track
+from mmt_drake.diagnosis.fit.tracks import STATES, Track
 from mmt_drake.diagnosis.signals.clocks import clock_of, on_clock
 from mmt_drake.diagnosis.tell.evidence import Evidence, Series, Spectrum
 from mmt_drake.diagnosis.tell.force_curves import curves_of
@@ -22,23 +23,13 @@ from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Structure
 from mmt_drake.numeric.arrays import Array, Flags
-from mmt_drake.recording import AXES, Recording
+from mmt_drake.recording import AXES
 
 if TYPE_CHECKING:
     from mmt_drake.diagnosis.tell.outcome import Outcome
 
 
 _SEGMENT_S = 4.0  # of the spectra
-_STATES = {
-    "sliding_velocity": ("sliding velocity", "m/s"),
-    "deflection": ("deflection", "m"),
-    "deflection_rate": ("deflection rate", "m/s"),
-    "position": ("body position", "m"),
-    "load": ("normal load", "N"),
-    "depth": ("depth", "m"),
-    "depth_rate": ("depth rate", "m/s"),
-    "input": ("input", ""),
-}
 
 
 def pictures_of(outcome: Outcome) -> tuple[Evidence, ...]:
@@ -48,15 +39,13 @@ def pictures_of(outcome: Outcome) -> tuple[Evidence, ...]:
         BadInput: the models do not fit the recordings.
     """
     prepared = outcome.prepared
-    tracks = [()] * len(prepared.recordings) if prepared.problem is None else prepared.problem.by_recording()
-    found = zip(prepared.recordings, prepared.preflights, tracks, strict=True)
-    return tuple(piece for recording, check, own in found for piece in _of_recording(outcome, recording, check, own))
+    tracks = [()] * len(prepared.preflights) if prepared.problem is None else prepared.problem.by_recording()
+    found = zip(prepared.preflights, tracks, strict=True)
+    return tuple(piece for check, own in found for piece in _of_recording(outcome, check, own))
 
 
-def _of_recording(
-    outcome: Outcome, recording: Recording, check: Preflight, tracks: Sequence[Track]
-) -> Iterator[Evidence]:
-    models, smoothed = outcome.models, check.smoothed
+def _of_recording(outcome: Outcome, check: Preflight, tracks: Sequence[Track]) -> Iterator[Evidence]:
+    models, recording, smoothed = outcome.models, check.recording, check.smoothed
     last = models[next(reversed(models))]
     simulated = {name: found for name, model in models.items() if (found := attempt(free_running, model, recording))}
     through = noise_through(last, recording, smoothed) if models.keys() <= simulated.keys() else {}
@@ -70,7 +59,7 @@ def _of_recording(
         sensor, passed = smoothed.noise[name], through.get(name)
         noise = sensor.std
         if passed is not None and (known := counted & np.isfinite(passed)).any():  # there is none beside the windows
-            noise = math.hypot(noise, float(np.sqrt(np.mean(passed[known] ** 2))))
+            noise = math.hypot(noise, rms(passed[known]))
         track = next((t for t in tracks if t.column == column), None)
         restoring, friction = None, None
         if track is not None and not isinstance(track, NormalTrack | SurfaceTrack) and "refit" in models:
@@ -99,7 +88,7 @@ def _states(track: Track, model: Structure, time: Array) -> dict[str, Series]:
     for name, values in found.items():
         if any(values is found[other] for other in states):
             continue
-        label, unit = _STATES[name]
+        _, label, unit = STATES[name]
         states[name] = Series(label, model.unit(unit), np.interp(time, track.time, values))
     return states
 

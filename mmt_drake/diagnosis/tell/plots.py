@@ -4,19 +4,31 @@ Colours are the same everywhere: measured black, the model handed in orange, ref
 noise grey. Measured samples are points, what was simulated is a line.
 """
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 
 from mmt_drake.analysis.interactive import Plot, cloud, curve, points, rows, shade
-from mmt_drake.diagnosis.tell.evidence import Curve, Evidence, Series, worst_windows
-from mmt_drake.diagnosis.tell.figures_common import COLORS, DASHES, HELDOUT, MEASURED, NAMES, NOISE, axis_label, binned
+from mmt_drake.diagnosis.tell.evidence import Curve, Evidence, worst_windows
+from mmt_drake.diagnosis.tell.figures_common import (
+    COLORS,
+    DASHES,
+    HELDOUT,
+    MEASURED,
+    NAMES,
+    NOISE,
+    axis_label,
+    binned,
+    limits,
+)
 from mmt_drake.diagnosis.tell.result import EffectParameter, NamedEffect
 from mmt_drake.effects.wording import words
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 
 HELD_OUT = "held out from the fit"
+_PER_OCTAVE = 12  # bins of a spectrum
 
 
 def over_time(evidence: Evidence) -> Plot:
@@ -24,25 +36,25 @@ def over_time(evidence: Evidence) -> Plot:
 
     What the best model leaves has a panel to its own scale, with two standard deviations of the noise to either side.
     """
-    errors = {name: np.where(evidence.counted, values, np.nan) for name, values in evidence.residuals.items()}
+    errors = evidence.errors
     best = next(reversed(errors), None)
     before = {name: values for name, values in errors.items() if name != best}
     panels = [300, *([150] if before else []), *([150] if best else [])]
     figure = rows(panels)
-    measured, last = evidence.measured, len(panels)
-    points(figure, evidence.time, measured.values, "measured", MEASURED, hovertemplate=_hover("s", measured.unit))
+    every, last = np.ones(len(evidence.time), dtype=bool), len(panels)
+    _measured(figure, evidence, 1, every)
     for name, output in evidence.models.items():
-        _model(figure, evidence, output, name, 1)
+        _model(figure, evidence, output, name, 1, every)
     for name, values in before.items():
-        _model(figure, evidence, values, name, 2, showlegend=False)
+        _model(figure, evidence, values, name, 2, every, showlegend=False)
     if best:
-        _model(figure, evidence, errors[best], best, last, showlegend=False)
+        _model(figure, evidence, errors[best], best, last, every, showlegend=False)
         if evidence.noise is not None:
             low, high = -2.0 * evidence.noise, 2.0 * evidence.noise
             figure.add_hrect(y0=low, y1=high, fillcolor=NOISE, opacity=0.35, line_width=0, row=last, col=1)
     for row in range(1, last + 1):
         _shade_heldout(figure, evidence, row)
-        label = axis_label(measured) if row == 1 else axis_label(measured, "error")
+        label = axis_label(evidence.measured, None if row == 1 else "error")
         figure.update_yaxes(title_text=label, row=row, col=1)
     figure.update_xaxes(range=[float(evidence.time[0]), float(evidence.time[-1])])
     figure.update_xaxes(title_text="time [s]", row=last, col=1)
@@ -62,46 +74,27 @@ def _said_over_time(evidence: Evidence) -> str:
     return " ".join(said)
 
 
-def closer(evidence: Evidence) -> Plot | None:
+def closer(evidence: Evidence) -> list[Plot]:
     """Measured output and every model over the worst windows (`worst_windows`), each below the other.
 
-    None where no model was run, or none is ever off.
+    Empty where no model was run, or none is ever off.
     """
     windows = sorted(worst_windows(evidence))
     if not windows:
-        return None
+        return []
     figure = rows([210] * len(windows), shared=False)
-    measured = evidence.measured
     for row, (start, end) in enumerate(windows, 1):
         shown = (evidence.time >= start) & (evidence.time <= end)
-        part = Evidence(
-            evidence.recording,
-            evidence.axis,
-            evidence.time[shown],
-            Series(measured.label, measured.unit, measured.values[shown]),
-            evidence.counted[shown],
-            models={name: output[shown] for name, output in evidence.models.items()},
-        )
-        hover = _hover("s", measured.unit)
-        points(
-            figure,
-            part.time,
-            part.measured.values,
-            "measured",
-            MEASURED,
-            row=row,
-            showlegend=row == 1,
-            hovertemplate=hover,
-        )
-        for name, output in part.models.items():
-            _model(figure, part, output, name, row, showlegend=row == 1)
+        _measured(figure, evidence, row, shown, showlegend=row == 1)
+        for name, output in evidence.models.items():
+            _model(figure, evidence, output, name, row, shown, showlegend=row == 1)
         figure.update_xaxes(range=[start, end], row=row, col=1)
-        figure.update_yaxes(title_text=axis_label(measured), row=row, col=1)
+        figure.update_yaxes(title_text=axis_label(evidence.measured), row=row, col=1)
     figure.update_xaxes(title_text="time [s]", row=len(windows), col=1)
     figure.update_traces(selector={"mode": "markers"}, marker={"size": 5, "opacity": 0.6})
     told = NAMES["refit" if "refit" in evidence.models else next(iter(evidence.models))]
     said = f"Where the model {told} is furthest off, two seconds each, at full resolution, in order of time."
-    return Plot(figure, said, f"{evidence.label}: where it is furthest off")
+    return [Plot(figure, said, f"{evidence.label}: where it is furthest off")]
 
 
 def error_over_states(evidence: Evidence) -> list[Plot]:
@@ -122,25 +115,11 @@ def error_over_states(evidence: Evidence) -> list[Plot]:
         for name, values in residuals.items():
             centre, low, median, high = binned(over, values)
             color = COLORS[name]
-            for edge, fill in ((high, None), (low, "tonexty")):
-                line: dict[str, Any] = {"width": 0.0}
-                area = f"{color}40"
-                curve(
-                    figure,
-                    centre,
-                    edge,
-                    name,
-                    color,
-                    fill=fill,
-                    fillcolor=area,
-                    line=line,
-                    showlegend=False,
-                    hoverinfo="skip",
-                )
+            _area(figure, centre, (high, low), name, color, legend=False)
             line = {"color": color, "width": 2.0, "dash": DASHES[name]}
             curve(figure, centre, median, f"median, {NAMES[name]}", color, line=line, hovertemplate=hover)
         figure.update_xaxes(title_text=axis_label(state))
-        figure.update_yaxes(title_text=axis_label(evidence.measured, "error"), range=_range(residuals[before]))
+        figure.update_yaxes(title_text=axis_label(evidence.measured, "error"), range=limits(residuals[before]))
         figure.update_layout(height=figure.layout.height + 16, margin_t=52)
         title = f"{evidence.label}: error over {state.label}"
         found.append(Plot(figure, "", title, half=True))
@@ -162,12 +141,12 @@ def _force(evidence: Evidence, title: str, found: Curve) -> Plot:
     figure.update_traces(selector={"name": "read off the recording"}, marker={"opacity": 0.35, "size": 7})
     figure.update_layout(height=figure.layout.height + 16, margin_t=52)
     figure.update_xaxes(title_text=axis_label(found.over))
-    figure.update_yaxes(title_text=axis_label(found.force), range=_range(found.force.values, *found.models.values()))
+    figure.update_yaxes(title_text=axis_label(found.force), range=limits(found.force.values, *found.models.values()))
     return Plot(figure, "", f"{evidence.label}: {title}", half=True)
 
 
-def spectrum(evidence: Evidence, band_hz: tuple[float, float] | None = None) -> Plot | None:
-    """Power spectral density of each model's error and of the sensor's noise; None where none was computed.
+def spectrum(evidence: Evidence, band_hz: tuple[float, float] | None = None) -> list[Plot]:
+    """Power spectral density of each model's error and of the sensor's noise; empty where none was computed.
 
     Args:
         evidence: with a spectrum.
@@ -175,7 +154,7 @@ def spectrum(evidence: Evidence, band_hz: tuple[float, float] | None = None) -> 
     """
     found = evidence.spectrum
     if found is None:
-        return None
+        return []
     figure, unit = rows([300]), f"{evidence.measured.unit}²/Hz"
     bins = _octave_bins(found.frequency)
     frequency, hover = _averaged(found.frequency, bins), _hover("Hz", unit)
@@ -193,44 +172,44 @@ def spectrum(evidence: Evidence, band_hz: tuple[float, float] | None = None) -> 
     said = (
         "Where a model's line lies on the grey one, only noise is left; where it lies above, the model is wrong there."
     )
-    return Plot(figure, said, f"{evidence.label}: spectrum of the error")
+    return [Plot(figure, said, f"{evidence.label}: spectrum of the error")]
 
 
-def learned_law(effect: NamedEffect) -> Plot | None:
-    """The table of a `tabulated_force` over its signal, with its 95 % interval; None where it holds no table."""
+def learned_law(effect: NamedEffect) -> list[Plot]:
+    """The table of a `tabulated_force` over its signal, with its 95 % interval; empty where it holds no table."""
     of, at, value = (effect.parameters.get(symbol, EffectParameter("", "")) for symbol in ("of", "at", "value"))
     if not (isinstance(at.value, tuple) and isinstance(value.value, tuple)):
-        return None
+        return []
     figure, color, over = rows([260]), COLORS["augmented"], np.asarray(at.value)
     if value.ci95 is not None:
-        for edge, fill in zip(value.ci95, (None, "tonexty"), strict=True):
-            area: dict[str, Any] = {
-                "fill": fill,
-                "fillcolor": f"{color}40",
-                "line": {"width": 0.0},
-                "hoverinfo": "skip",
-            }
-            curve(figure, over, np.asarray(edge), "95 % interval", color, showlegend=fill is not None, **area)
-    curve(
-        figure,
-        over,
-        np.asarray(value.value),
-        "learned",
-        color,
-        mode="lines+markers",
-        hovertemplate=_hover(at.unit, value.unit),
-    )
+        _area(figure, over, map(np.asarray, value.ci95), "95 % interval", color, legend=True)
+    hover = _hover(at.unit, value.unit)
+    curve(figure, over, np.asarray(value.value), "learned", color, mode="lines+markers", hovertemplate=hover)
     figure.update_xaxes(title_text=f"{words(str(of.value))} [{at.unit}]")
     figure.update_yaxes(title_text=f"missing force [{value.unit}]")
     said = "The learned force over the signal that it depends on, with its 95 % interval."
-    return Plot(figure, said, f"What is missing, over {words(str(of.value))}")
+    return [Plot(figure, said, f"What is missing, over {words(str(of.value))}")]
 
 
-def _model(figure: go.Figure, evidence: Evidence, values: Array, name: str, row: int, **style: Any) -> None:
-    line = {"color": COLORS[name], "width": 1.2, "dash": DASHES[name]}
+def _measured(figure: go.Figure, evidence: Evidence, row: int, shown: Flags, **style: Any) -> None:
+    values, hover = evidence.measured.values[shown], _hover("s", evidence.measured.unit)
+    points(figure, evidence.time[shown], values, "measured", MEASURED, row=row, hovertemplate=hover, **style)
+
+
+def _model(
+    figure: go.Figure, evidence: Evidence, values: Array, name: str, row: int, shown: Flags, **style: Any
+) -> None:
+    style |= {"line": {"color": COLORS[name], "width": 1.2, "dash": DASHES[name]}, "legendgroup": name}
     hover = _hover("s", evidence.measured.unit)
-    curve(figure, evidence.time, values, NAMES[name], COLORS[name], row=row, line=line, legendgroup=name, **style)
-    figure.data[-1].update(hovertemplate=hover)
+    curve(figure, evidence.time[shown], values[shown], NAMES[name], COLORS[name], row=row, hovertemplate=hover, **style)
+
+
+def _area(figure: go.Figure, over: Array, edges: Iterable[Array], name: str, color: str, *, legend: bool) -> None:
+    """Fill what lies between two curves."""
+    style: dict[str, Any] = {"fillcolor": f"{color}40", "line": {"width": 0.0}, "hoverinfo": "skip"}
+    one, other = edges
+    curve(figure, over, one, name, color, showlegend=False, **style)
+    curve(figure, over, other, name, color, showlegend=legend, fill="tonexty", **style)
 
 
 def _shade_heldout(figure: go.Figure, evidence: Evidence, row: int) -> None:
@@ -244,19 +223,11 @@ def _hover(of: str, unit: str) -> str:
     return f"%{{fullData.name}}<br>%{{x:.4g}} {of}<br>%{{y:.3g}} {unit}<extra></extra>"
 
 
-def _range(*values: Array) -> list[float]:
-    """All but the utmost thousandth of the values, with a margin."""
-    finite = np.concatenate([array[np.isfinite(array)] for array in values])
-    low, high = np.percentile(finite, (0.05, 99.95)) if finite.size else (-1.0, 1.0)
-    margin = 0.08 * (high - low) or 1.0
-    return [float(low - margin), float(high + margin)]
-
-
-def _octave_bins(frequency: Array, per_octave: int = 12) -> Array:
+def _octave_bins(frequency: Array) -> Array:
     """The bin that each frequency falls into, (m,), from 0 on without gaps; NaN for those not above 0."""
     bins = np.full(len(frequency), np.nan)
     positive = frequency > 0.0
-    bins[positive] = np.unique(np.floor(per_octave * np.log2(frequency[positive])), return_inverse=True)[1]
+    bins[positive] = np.unique(np.floor(_PER_OCTAVE * np.log2(frequency[positive])), return_inverse=True)[1]
     return bins
 
 

@@ -6,7 +6,7 @@ fit, held against the noise, is how well the motion would separate them.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -27,6 +27,7 @@ from mmt_drake.diagnosis.tell.motion_plans import MotionPlan, Planner, closed_lo
 from mmt_drake.effects.wording import words
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording, save
 
 MOTION_FILE: Final = "next_motion.npz"
@@ -43,13 +44,10 @@ class Separation:
     Attributes:
         noises: what the wrong one leaves beyond the noise, RMS over the noise.
         margin: by how much it is worse in -2 ln(likelihood), each free number counting ln(samples).
-        truth, loser: effects of the two.
     """
 
     noises: float
     margin: float
-    truth: tuple[str, ...]
-    loser: tuple[str, ...]
 
     @property
     def settles(self) -> bool:
@@ -62,13 +60,11 @@ class TriedMotion:
     """One motion, tried in simulation.
 
     Attributes:
-        plan: the motion, in words and as columns.
-        recording: the motion; of one axis or a driven body with what the first explanation answers.
+        plan: the motion; of one axis or a driven body with what the first explanation answers.
         separation: what it would do.
     """
 
     plan: MotionPlan
-    recording: Recording
     separation: Separation
 
 
@@ -96,23 +92,21 @@ class Prescription:
         """
         if self.best is None:
             return None
-        target = Path(folder) / (INPUT_FILE if self.best.recording.kind == "driven_body" else MOTION_FILE)
-        save(self.best.recording, target)
+        recording = self.best.plan.recording
+        target = Path(folder) / (INPUT_FILE if recording.kind == "driven_body" else MOTION_FILE)
+        save(recording, target)
         return target
 
 
 def prescribe(
-    rivals: Sequence[Fitted],
-    prepared: Prepared,
-    executor: Executor | None = None,
-    is_late: Callable[[], bool] = lambda: False,
+    rivals: Sequence[Fitted], prepared: Prepared, executor: Executor, is_late: Callable[[], bool] = lambda: False
 ) -> Prescription:
     """Find the motion that would tell explanations apart.
 
     Args:
         rivals: two explanations or more, best first; the first `MOST_RIVALS` count.
         prepared: the recordings at hand.
-        executor: tries the motions; one after another where it is None.
+        executor: tries the motions.
         is_late: whether the time is over; no more than one further motion is then tried.
 
     Raises:
@@ -122,7 +116,7 @@ def prescribe(
         raise BadInput("prescription", found=f"{len(rivals)} explanations", expected="two or more")
     if prepared.problem is None:
         source = prepared.recordings[0].source
-        raise BadInput(source, found=prepared.reason or "no problem", expected="a recording to fit")
+        raise BadInput(source, found=prepared.refusal, expected="a recording to fit")
     first, tracks = tuple(rivals[:MOST_RIVALS]), prepared.problem.tracks
     along = [track for track in tracks if not isinstance(track, NormalTrack)]
     loudest = max(along, key=lambda t: float(np.std(t.measured[t.weight > 0.0])) / t.floor)
@@ -132,10 +126,8 @@ def prescribe(
     pressed = next((track for track in tracks if isinstance(track, NormalTrack)), None)
     session = _MotionSearch(first, Planner([still.own(rival.model) for rival in first], own, still), pressed)
     now = session.separation(tracks)
-    planned = list(session.planner.plans())
-    found = map(session.tried, planned) if executor is None else executor.map(session.tried, planned)
     tried = []
-    for motion in found:
+    for motion in executor.map(session.tried, session.planner.plans()):
         if motion is not None:
             tried.append(motion)
         if is_late():  # what is not begun by now is cancelled
@@ -167,24 +159,21 @@ class _MotionSearch:
     def tried(self, plan: MotionPlan) -> TriedMotion | None:
         """The motion and what it separates; None where it cannot be simulated."""
         try:
-            answered = self._answered(plan, self.planner.models[0])
+            answered = self._answered(plan.recording, self.planner.models[0])
             tracks = self._as_recorded(answered)
             separation = self.separation(with_floors(tracks, self.rivals[0].model))
         except MmtError:
             return None
-        kept = dict(plan.columns)
         if self.smoothed.kind != "contact":
-            kept |= {name: answered[name] for name in ("force", "output") if name in answered}
-        return TriedMotion(plan, Recording(plan.time, kept, plan.name), separation)
+            told = {name: answered[name] for name in ("force", "output") if name in answered}
+            plan = replace(plan, recording=_with(plan.recording, told))
+        return TriedMotion(plan, separation)
 
-    def _answered(self, plan: MotionPlan, model: Structure) -> Recording:
+    def _answered(self, motion: Recording, model: Structure) -> Recording:
         """The motion with the forces, or the output, that a model answers with."""
-        columns = dict(plan.columns)
         if self.smoothed.kind == "contact":
-            columns["in_contact"] = (columns["position_z"] < 0.0).astype(np.float64)
-        recording = Recording(plan.time, columns, plan.name)
-        answers = {k: v for k, v in free_running(model, recording).items() if k != "output_rate"}
-        return replace(recording, columns={**columns, **answers})
+            motion = _with(motion, {"in_contact": (motion["position_z"] < 0.0).astype(np.float64)})
+        return _with(motion, {k: v for k, v in free_running(model, motion).items() if k != "output_rate"})
 
     def _as_recorded(self, clean: Recording) -> list[Track]:
         """The tracks of a recording without noise, as the sensors at hand would have recorded it."""
@@ -223,8 +212,11 @@ class _MotionSearch:
         thinner = 1.0
         if self.smoothed.low_pass.is_identity:  # noise of the same density is less at a lower rate
             thinner = math.sqrt(tracks[0].smoothed.clock.rate_hz / self.smoothed.clock.rate_hz)
-        noises = thinner * math.sqrt(cost / samples)
-        return Separation(noises, cost + penalty, truth.hypothesis.names, loser.hypothesis.names)
+        return Separation(thinner * math.sqrt(cost / samples), cost + penalty)
+
+
+def _with(recording: Recording, columns: Mapping[str, Array]) -> Recording:
+    return replace(recording, columns={**recording.columns, **columns})
 
 
 def _answering(track: Track, truth: Fitted) -> Track:
@@ -245,8 +237,9 @@ def _in_words(rivals: Sequence[Fitted], best: TriedMotion | None, now: Separatio
             f"None of the {len(tried)} motions that were tried in simulation tells {names} apart: the wrong one "
             f"leaves too little beyond the noise{most}. Measure something else, or with less noise."
         )
-    driven = best.recording.kind == "driven_body"
-    file, length = (INPUT_FILE if driven else MOTION_FILE), best.recording.time[-1] - best.recording.time[0]
+    recording = best.plan.recording
+    driven = recording.kind == "driven_body"
+    file, length = (INPUT_FILE if driven else MOTION_FILE), recording.time[-1] - recording.time[0]
     what = "Apply the input" if driven else "Record the motion"
     what = "Give the controller the goals" if closed_loop(rivals[0].model) else what
     return (

@@ -83,7 +83,6 @@ class Provenance:
         ]
 
     @property
-    def hashes(self) -> list[str]:
-        """A line for each file, as `sha256sum` prints it."""
-        files = [*self.recordings, *([] if self.model is None else [self.model])]
-        return [f"{one.sha256}  {one.name}" for one in files if one.sha256 is not None]
+    def files(self) -> list[SourceFile]:
+        """All that was read."""
+        return [*self.recordings, *([] if self.model is None else [self.model])]

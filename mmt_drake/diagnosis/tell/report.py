@@ -60,7 +60,7 @@ def _over_time(evidence: Sequence[Evidence]) -> Iterable[Section]:
     drawn: list[Plot] = []
     for number, one in enumerate(evidence[:OVERVIEWS]):
         drawn.append(plots.over_time(one))
-        drawn += _drawn(plots.closer(one)) if number < DETAILED else []
+        drawn += plots.closer(one) if number < DETAILED else []
     if not drawn:
         return
     left = len(evidence) - OVERVIEWS
@@ -124,7 +124,7 @@ def _effect(effect: NamedEffect) -> Section:
             "Its shape was learned from the recording and kept because it predicts held-out data better. "
             "It says what the missing law looks like, not what it is."
         )
-        drawn = _drawn(plots.learned_law(effect))
+        drawn = plots.learned_law(effect)
     elif effect.name in LIBRARY:
         law = LIBRARY[effect.name]
         formula = law.equation
@@ -162,7 +162,7 @@ def _rivals(diagnosis: Diagnosis) -> Iterable[Section]:
 
 def _spectra(diagnosis: Diagnosis, evidence: Sequence[Evidence]) -> Iterable[Section]:
     band = diagnosis.mismatch.band_hz
-    drawn = [plot for one in evidence[:DETAILED] for plot in _drawn(plots.spectrum(one, band))]
+    drawn = [plot for one in evidence[:DETAILED] for plot in plots.spectrum(one, band)]
     if drawn:
         yield Section("Spectrum of the error", figures=drawn)
 
@@ -190,8 +190,3 @@ def _method(diagnosis: Diagnosis, provenance: Provenance) -> Iterable[Section]:
             formula=f"mmt-drake simulate --model {diagnosis.model} \\\n    --operator {recording} --out simulated.csv",
             inner=True,
         )
-
-
-def _drawn(plot: Plot | None) -> list[Plot]:
-    """A plot on the page; none where there is nothing to show."""
-    return [] if plot is None else [plot]

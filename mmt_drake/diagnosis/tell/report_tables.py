@@ -9,7 +9,7 @@ from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
 from mmt_drake.diagnosis.tell.figures_common import NAMES
 from mmt_drake.diagnosis.tell.provenance import Provenance
-from mmt_drake.diagnosis.tell.result import Diagnosis, NamedEffect, Values
+from mmt_drake.diagnosis.tell.result import Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.wording import all_words, bounded, capitalised, in_degrees, rms_words
 from mmt_drake.effects.wording import words
 
@@ -25,7 +25,7 @@ def effect_table(effect: NamedEffect) -> Table | None:
 def effect_rows(effect: NamedEffect) -> list[tuple[str, str, str | None, str]]:
     """Symbol, value, 95 % interval and unit of each number of an effect; the interval is None where it is unknown."""
     return [
-        (symbol, *_known(number.value, number.ci95), number.unit)
+        (symbol, *bounded(number.value, number.ends), number.unit)
         for symbol, own in effect.parameters.items()
         if isinstance((number := in_degrees(effect, own)).value, float | int)
     ]
@@ -53,7 +53,7 @@ def recordings_table(diagnosis: Diagnosis) -> Table | None:
 def parameter_table(diagnosis: Diagnosis) -> Table | None:
     """Structural parameters whose interval leaves out the nominal value; None where there is none."""
     rows = (
-        (name, significant(one.nominal, 3), *_known(one.value, one.ci95), one.unit)
+        (name, significant(one.nominal, 3), *bounded(one.value, one.ci95), one.unit)
         for name, one in diagnosis.parameters.items()
     )
     headers = ["parameter", "handed in", "found", "95 % interval", "unit"]
@@ -67,7 +67,7 @@ def curve_table(diagnosis: Diagnosis) -> Table | None:
         ends = [None] * len(one.at) if one.ci95 is None else [*zip(*one.ci95, strict=True)]
         nominal = one.nominal or [None] * len(one.at)
         for at, was, value, interval in zip(one.at, nominal, one.value, ends, strict=True):
-            rows.append((one.number, one.over, at, was, *_known(value, interval), one.unit))
+            rows.append((one.number, one.over, at, was, *bounded(value, interval), one.unit))
     headers = ["parameter", "over", "at", "handed in", "found", "95 % interval", "unit"]
     return _table(headers, rows, "Linear between the knots, and held beyond the first and the last.")
 
@@ -104,8 +104,7 @@ def alternative_table(diagnosis: Diagnosis) -> Table | None:
 
 def hash_table(provenance: Provenance) -> Table | None:
     """The files that were read, with all digits of their hashes; None where there is none."""
-    files = [*provenance.recordings, *([] if provenance.model is None else [provenance.model])]
-    return _table(["file", "sha256"], ((one.name, one.sha256) for one in files if one.sha256 is not None))
+    return _table(["file", "sha256"], [(one.name, one.sha256) for one in provenance.files if one.sha256 is not None])
 
 
 def block_table(replays: Iterable[BlockReplay]) -> Table:
@@ -126,14 +125,6 @@ def _table(headers: Sequence[str], rows: Iterable[Sequence[Cell]], caption: str 
     """The table; None without rows."""
     rows = list(rows)
     return Table(headers, rows, caption, DIGITS) if rows else None
-
-
-def _known(value: float, interval: tuple[float | Values, float | Values] | None) -> tuple[str, str | None]:
-    """A number and its interval as they are told; no interval where it is unknown."""
-    low, high = interval or (None, None)
-    if not isinstance(low, float | int) or not isinstance(high, float | int):
-        return bounded(value, None)[0], None
-    return bounded(value, (low, high))
 
 
 def _rms(diagnosis: Diagnosis, nrmse: float | None) -> float | None:

@@ -14,8 +14,9 @@ from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.confidence import Depth
-from mmt_drake.diagnosis.decide.mismatch import Interval, Mismatch
+from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
+from mmt_drake.diagnosis.fit.errors import Interval
 from mmt_drake.errors import BadInput
 
 SCHEMA: Final = "mmt_drake.diagnosis/2"
@@ -40,6 +41,12 @@ class EffectParameter:
     value: float | str | Values
     unit: str
     ci95: tuple[float | Values, float | Values] | None = None
+
+    @property
+    def ends(self) -> Interval | None:
+        """The interval of a single number; None where that is unknown, or the value is a list."""
+        low, high = self.ci95 or (None, None)
+        return (low, high) if isinstance(low, float) and isinstance(high, float) else None
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from typing import Final
 
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
-from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, EffectParameter, NamedEffect
+from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.wording import (
     bounded,
     followed,
@@ -111,7 +111,7 @@ def _listed(effects: Iterable[NamedEffect]) -> str:
     said = []
     for effect in effects:
         told = [
-            f"{symbol} = {_value(p)}" + (f" {p.unit}" if p.unit != "1" else "")
+            f"{symbol} = {bounded(p.value, p.ends)[0]}" + (f" {p.unit}" if p.unit != "1" else "")
             for symbol, own in effect.parameters.items()
             if isinstance((p := in_degrees(effect, own)).value, float)
         ]
@@ -120,13 +120,6 @@ def _listed(effects: Iterable[NamedEffect]) -> str:
         beside = ", ".join(told) + depth
         said.append(f"{words(effect.name)}{along}" + (f" ({beside.removeprefix('; ')})" if beside else ""))
     return " and ".join(said)
-
-
-def _value(parameter: EffectParameter) -> str:
-    assert isinstance(parameter.value, float)  # as its caller has asked
-    low, high = parameter.ci95 or (None, None)
-    known = (low, high) if isinstance(low, float) and isinstance(high, float) else None
-    return bounded(parameter.value, known)[0]
 
 
 def _errors(d: Diagnosis) -> str:
@@ -149,9 +142,9 @@ def _where(d: Diagnosis) -> str:
     signal = followed(d.mismatch)
     if signal is not None:
         said += f", and follows the {words(signal.signal)}"
-    along = d.mismatch.axes[:1]
-    if along and along[0].share > _MOST:
-        said += f"; it shows along {along[0].axis}"
+    axis, share = next(iter(d.mismatch.axes.items()), ("", 0.0))
+    if share > _MOST:
+        said += f"; it shows along {axis}"
     return said + "."
 
 

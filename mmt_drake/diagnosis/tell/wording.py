@@ -76,10 +76,10 @@ def rms_words(fit: Fit, nrmse: float) -> str:
     return f"{significant(rms * factor, 3)} {prefix}{fit.unit}".rstrip()
 
 
-def bounded(value: float, interval: tuple[float, float] | None) -> tuple[str, str]:
-    """A number, and its 95 % interval, to three digits, or as many as tell the ends of the interval apart."""
+def bounded(value: float, interval: tuple[float, float] | None) -> tuple[str, str | None]:
+    """A number, and its 95 % interval, to three digits, or as many as tell its ends apart; None where it is unknown."""
     if interval is None or not all(map(math.isfinite, interval)):
-        return significant(value, 3), "unknown"
+        return significant(value, 3), None
     for digits in range(3, 7):
         low, known, high = (significant(number, digits) for number in (interval[0], value, interval[1]))
         if len({low, known, high}) == 3:
@@ -91,10 +91,7 @@ def in_degrees(effect: NamedEffect, number: EffectParameter) -> EffectParameter:
     """A number of an effect as people read it: angles of frames in degrees, all else as it is."""
     if effect.family != "geometry" or number.unit != "rad" or not isinstance(number.value, float):
         return number
-    low, high = number.ci95 or (None, None)
-    ends = None
-    if isinstance(low, float) and isinstance(high, float):
-        ends = math.degrees(low), math.degrees(high)
+    ends = None if number.ends is None else (math.degrees(number.ends[0]), math.degrees(number.ends[1]))
     return EffectParameter(math.degrees(number.value), "degrees", ends)
 
 

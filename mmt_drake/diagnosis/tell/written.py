@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mmt_drake.analysis.plotting import save, write_whole
-from mmt_drake.diagnosis.fit.errors import heldout_nrmse
+from mmt_drake.diagnosis.fit.errors import HeldOutPart
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.tell import figures
 from mmt_drake.diagnosis.tell.outcome import Outcome
@@ -115,9 +115,10 @@ def deliver(outcome: Outcome, folder: str | Path) -> Path | None:
     with replacing(target) as temporary:
         save_model(temporary, data)
         model = load_model(temporary)
-        for recording, one in zip(outcome.prepared.recordings, (fit, *outcome.diagnosis.further_fits), strict=True):
-            found, promised = heldout_nrmse(recording, model, one.heldout_s, one.axes), one.heldout_nrmse.augmented
+        for check, one in zip(outcome.prepared.preflights, (fit, *outcome.diagnosis.further_fits), strict=True):
+            found = HeldOutPart(check.recording, one.heldout_s, check.smoothed, one.axes).nrmse(model)
+            promised = one.heldout_nrmse.augmented
             if promised is None or abs(found - promised) > _SAME * max(1.0, promised):
-                error = f"a held-out error of {found!r} on {recording.source}, not of {promised!r}"
+                error = f"a held-out error of {found!r} on {check.recording.source}, not of {promised!r}"
                 raise MmtError(f"{target}: the model read back has {error}")
     return target
