@@ -59,7 +59,7 @@ class PreparedLog:
             return self.softened[:, j, arm.joints.index(where)][:, None]
         if law.place == "joint" and arm.joints[j] != where:
             return None
-        if law.columns is not None:
+        if not law.of_plant:
             return law.columns(self.joint(j), shape)
         if law.place == "link":
             k = arm.links.index(where)
