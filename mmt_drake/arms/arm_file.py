@@ -38,7 +38,6 @@ _KEYS = (
     "links",
     "effects",
 )
-_Three = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -150,7 +149,7 @@ def load_arm_model(path: str | Path) -> ArmModel:
         source=source,
         function=function,
         joints=joints,
-        gravity=fill(_Three, data.get("gravity", [0.0, 0.0, -9.81]), source, "gravity"),
+        gravity=fill(tuple[float, float, float], data.get("gravity", [0.0, 0.0, -9.81]), source, "gravity"),
         column=str(torque.get("column", "")),
         factor=factors,
         held=tuple(
@@ -226,7 +225,8 @@ def _held(value: object, source: str, at: str) -> Held:
     data = mapping(value, source, at)
     known_keys(data, ("link", "m", "c"), source, at)
     mass = _number(data.get("m"), source, f"{at}.m", least=0.0)
-    return Held(str(data.get("link")), mass, fill(_Three, data.get("c", [0.0, 0.0, 0.0]), source, f"{at}.c"))
+    centre = fill(tuple[float, float, float], data.get("c", [0.0, 0.0, 0.0]), source, f"{at}.c")
+    return Held(str(data.get("link")), mass, centre)
 
 
 def _link(value: object, source: str, at: str) -> tuple[float, ...]:

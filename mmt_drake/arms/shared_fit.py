@@ -70,10 +70,11 @@ class SharedFit:
     @cached_property
     def _numbers(self) -> dict[int | None, list[tuple[Term, list[int]]]]:
         """Each term of the arm, None, and of the joints one after the other, and where its numbers stand in x."""
-        every = {None: self.belief.held, **{row.joint: self.sets.get(row.joint, ()) for row in self.problem.rows}}
-        place, found = Layout(), {}
+        of_joints = {row.joint: self.sets.get(row.joint, ()) for row in self.problem.rows}
+        found: dict[int | None, list[tuple[Term, list[int]]]] = {}
+        place = Layout()
         place(self._links)
-        for of, terms in every.items():
+        for of, terms in ((None, self.belief.held), *of_joints.items()):
             parts = [(term, place.part(len(term.columns))) for term in terms]
             found[of] = [(term, list(range(part.start, part.stop))) for term, part in parts]
         return found
