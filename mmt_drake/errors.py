@@ -94,6 +94,24 @@ def readable(source: object, what: str, expected: str, passing: type[OSError] = 
         raise BadInput(source, found=found, expected=expected) from error
 
 
+@contextmanager
+def located(source: object, at: str = "") -> Iterator[None]:
+    """Say where it stands what is refused by something that does not know where its values come from.
+
+    Args:
+        source: that was read.
+        at: the place in it; what the refusal names is below that.
+
+    Raises:
+        BadInput: what was refused, there.
+    """
+    try:
+        yield
+    except BadInput as error:
+        where = ".".join(str(part) for part in (at or None, error.at) if part is not None)
+        raise BadInput(source, at=where or None, found=error.found, expected=error.expected) from None
+
+
 def check_number(source: str, name: str, value: float, *, least: float, open_interval: bool = False) -> None:
     """Refuse a parameter that is not finite or too small.
 

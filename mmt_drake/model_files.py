@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_args
 import yaml
 
 from mmt_drake.effects import LIBRARY, SOURCES, Effect
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, located
 from mmt_drake.model.controller import Controller, ControllerKind
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -109,13 +109,10 @@ def with_effects(model: Modelled, entries: object, source: str) -> Modelled:
     bare, applied = model, []
     # What adds to a number of the structure comes before what builds on it or replaces it.
     for effect, values in sorted(named, key=lambda entry: entry[0].adds_to is None):
-        try:
+        with located(source, effect.name):
             checked = effect.checked(values, model, source)
             model = effect.apply(model, checked)
-            applied.append((effect.name, checked))
-        except BadInput as error:
-            at = effect.name if error.at is None else f"{effect.name}.{error.at}"
-            raise BadInput(source, at=at, found=error.found, expected=error.expected) from None
+        applied.append((effect.name, checked))
     if not applied:
         return model
     before = (bare, ()) if bare.handed is None else (bare.handed.bare, bare.handed.effects)
@@ -261,19 +258,14 @@ def parse_controller(data: Mapping[str, Any], source: str, at: str) -> Controlle
     if len(limits) != 2 or not all(isinstance(x, int | float) and not isinstance(x, bool) for x in limits):
         found, expected = repr(data["limits"]), "[low, high], or one number for both ways"
         raise BadInput(source, at=f"{at}.limits", found=found, expected=expected)
-    try:
+    with located(source, at):
         return Controller(kind, **gains, low=limits[0], high=limits[1])
-    except BadInput as error:
-        where = at if error.at is None else f"{at}.{error.at}"
-        raise BadInput(source, at=where, found=error.found, expected=error.expected) from None
 
 
 def _controlled(body: DrivenBodyModel, data: Mapping[str, Any], source: str) -> DrivenBodyModel:
     controller = parse_controller(data, source, "controller")
-    try:
+    with located(source, "parameters"):
         body = replace(body, controller=controller)
-    except BadInput as error:
-        raise BadInput(source, at=f"parameters.{error.at}", found=error.found, expected=error.expected) from None
     if body.memories and body.window_s is not None:
         found, expected = (
             f"window_s beside a {controller.kind}",

@@ -43,23 +43,41 @@ def replayed(model: Structure, recording: Recording) -> dict[str, Array]:
     Raises:
         BadInput: model and recording do not fit, or it would take too long (`steps_to`).
     """
+    check_fit(model, recording)
     model = in_recording(model, recording)
     if isinstance(model, PositionOut):
         return _driven(model, recording)
     if isinstance(model, FlexibleBoxModel):
         return _box(model, recording)
-    if isinstance(model, SurfaceContact) and recording.kind in ("contact", "motion"):
+    if isinstance(model, SurfaceContact):
         found = np.empty((len(recording), 6))
         surface_contact.replay(*probe_motion(model, recording), model.kernel_vector(), found)
         return {f"force_{axis}": found[:, i].copy() for i, axis in enumerate(AXES)}
-    if isinstance(model, KelvinVoigt) and recording.kind == "single_axis":
-        time, position, velocity = probe_motion(model, recording)
-        force = np.empty(len(recording))
-        load = np.zeros(len(recording))
-        along = position[:, TANGENTIAL].copy(), velocity[:, TANGENTIAL].copy()
-        kelvin_voigt.replay(time, *along, load, model.kernel_vector(), force)
-        return {"force": force}
-    raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"one for a {model.NAME} model")
+    assert isinstance(model, KelvinVoigt)  # no other structure is left
+    time, position, velocity = probe_motion(model, recording)
+    force = np.empty(len(recording))
+    load = np.zeros(len(recording))
+    along = position[:, TANGENTIAL].copy(), velocity[:, TANGENTIAL].copy()
+    kelvin_voigt.replay(time, *along, load, model.kernel_vector(), force)
+    return {"force": force}
+
+
+def check_fit(model: Structure, recording: Recording) -> None:
+    """Refuse a recording of another kind than a model's.
+
+    Raises:
+        BadInput: see above.
+    """
+    if isinstance(model, PositionOut):
+        good, wants = recording.kind == "driven_body", "time, input, output"
+    elif isinstance(model, KelvinVoigt):
+        good, wants = recording.kind == "single_axis", "time, position, force"
+    elif isinstance(model, SurfaceContact):
+        good, wants = recording.kind in ("contact", "motion"), "time, position_x, position_y, position_z, force_x ..."
+    else:
+        good, wants = recording.kind != "driven_body", "time, position_x, position_y, position_z, force_x ..."
+    if not good:
+        raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"the columns {wants}")
 
 
 def steps_to(time: Array, p: Array, source: str) -> Array:
@@ -88,8 +106,6 @@ def _parts(time: Array, p: Array, source: str) -> Iterator[tuple[int, int]]:
 
 
 def _box(model: FlexibleBoxModel, recording: Recording) -> dict[str, Array]:
-    if recording.kind == "driven_body":
-        raise BadInput(recording.source, found="a driven_body recording", expected="columns of a contact")
     time, position, velocity = probe_motion(model, recording)
     n = len(time)
     contact = np.full(n, flexible_box.CONTACT_BY_GEOMETRY)
@@ -132,9 +148,7 @@ def body_input(model: PositionOut, recording: Recording) -> tuple[Array, Array, 
     Raises:
         BadInput: the recording has no input and output, or no load for a model that needs one.
     """
-    if recording.kind != "driven_body":
-        found = f"a {recording.kind} recording"
-        raise BadInput(recording.source, found=found, expected="the columns time, input, output")
+    check_fit(model, recording)
     check_load(model, recording)
     recording = towards_goal(model, recording)
     time, delay = recording.time - recording.time[0], model.additions.delay

@@ -9,20 +9,20 @@ from pydrake.systems.primitives import Demultiplexer, Multiplexer, TrajectorySou
 from pydrake.trajectories import PiecewisePolynomial
 
 from mmt_drake.errors import BadInput
-from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model
 from mmt_drake.motion.delay import delayed_flag
+from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.over import in_recording
 from mmt_drake.recording import Recording
-from mmt_drake.replay import TANGENTIAL, body_input, first_state, probe_motion, steps_to
+from mmt_drake.replay import TANGENTIAL, body_input, check_fit, first_state, probe_motion, steps_to
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.kelvin_voigt import KelvinVoigtContact
-from mmt_drake.systems.recorded_operator import RecordedOperator
+from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.systems.surface_contact import SurfaceContactSystem
 
 
@@ -46,7 +46,7 @@ def simulate(model: Model, recording: Recording) -> Recording:
     Raises:
         BadInput: model and recording do not fit, or the model cannot be integrated, or runs away.
     """
-    _check_fit(model, recording)
+    check_fit(model, recording)
     return answered(recording, replay(model, recording))
 
 
@@ -101,7 +101,7 @@ def replay_diagram(model: Model, recording: Recording) -> Diagram:
         return _driven_diagram(model, recording)
     time, position, velocity = probe_motion(model, recording)
     builder = DiagramBuilder()
-    hand = builder.AddNamedSystem("operator", RecordedOperator(time, position, velocity))
+    hand = builder.AddNamedSystem("operator", ScriptedOperator(SampledMotion(time, position, velocity)))
     environment: FlexibleBox | KelvinVoigtContact | SurfaceContactSystem
     if isinstance(model, FlexibleBoxModel):
         recorded = "in_contact" in recording
@@ -137,16 +137,3 @@ def _driven_diagram(model: PositionOut, recording: Recording) -> Diagram:
         builder.Connect(driven.GetOutputPort(name), both.get_input_port(i))
     builder.ExportOutput(both.get_output_port(), "simulated")
     return builder.Build()
-
-
-def _check_fit(model: Model, recording: Recording) -> None:
-    if isinstance(model, PositionOut):
-        good, wants = recording.kind == "driven_body", "time, input, output"
-    elif isinstance(model, KelvinVoigt):
-        good, wants = recording.kind == "single_axis", "time, position, force"
-    elif isinstance(model, SurfaceContact):
-        good, wants = recording.kind in ("contact", "motion"), "time, position_x, position_y, position_z, force_x ..."
-    else:
-        good, wants = recording.kind != "driven_body", "time, position_x, position_y, position_z, force_x ..."
-    if not good:
-        raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=f"the columns {wants}")

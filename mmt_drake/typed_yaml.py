@@ -18,7 +18,7 @@ from typing import Any, TypeVar, cast
 
 import yaml
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, located
 
 T = TypeVar("T")
 
@@ -291,12 +291,8 @@ def _dataclass(schema: Any, data: object, source: str, at: str) -> Any:
     names = [f.name for f in dataclasses.fields(schema) if f.init and f.metadata.get("in_files", True)]
     known_keys({key: value for key, value in data.items() if key != _TAG}, names, source, at)
     values = {key: _convert(hints[key], value, source, _join(at, key)) for key, value in data.items() if key != _TAG}
-    try:
+    with located(source, at):
         return schema(**values)
-    except BadInput as error:
-        # A class that checks itself does not know where its values come from.
-        where = _join(at, str(error.at)) if error.at is not None else at
-        raise BadInput(source, at=where or None, found=error.found, expected=error.expected) from None
 
 
 def _sequence(origin: Any, arguments: tuple[Any, ...], data: object, source: str, at: str) -> Any:

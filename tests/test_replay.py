@@ -169,11 +169,11 @@ def test_two_samples_days_apart_are_refused(run):
 
 
 def test_a_recording_of_another_kind_is_refused_in_one_line():
-    with pytest.raises(BadInput, match="found a driven_body recording, expected columns of a contact"):
+    with pytest.raises(BadInput, match="found a driven_body recording, expected the columns time, position_x"):
         replayed(BOX, driven())
     with pytest.raises(BadInput, match="expected the columns time, input, output"):
         replayed(DRIVEN, single())
-    with pytest.raises(BadInput, match="found a contact recording, expected one for a kelvin_voigt model"):
+    with pytest.raises(BadInput, match="found a contact recording, expected the columns time, position, force"):
         replayed(SPRING, contact())
     with pytest.raises(BadInput, match="found a driven_body recording"):
         replayed(SPRING, driven())

@@ -22,7 +22,6 @@ from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording, load
 from mmt_drake.surfaces import Shape, locate
 from mmt_drake.systems.interactive_operator import InteractiveOperator
-from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.systems.yielding_hand import YieldingHand
 from mmt_drake.viewer.viewer import Viewer
@@ -189,5 +188,4 @@ def laid(shape: Shape, position: Array) -> Array:
 def repeating(motion: SampledMotion) -> Person:
     """A hand that repeats a motion."""
     x, y = 0.5 * (motion.position[:, :2].min(axis=0) + motion.position[:, :2].max(axis=0))
-    operator = RecordedOperator(motion.time, motion.position, motion.velocity)
-    return Person(operator, motion.duration, (float(x), float(y)), motion)
+    return Person(ScriptedOperator(motion), motion.duration, (float(x), float(y)), motion)

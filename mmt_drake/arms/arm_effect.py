@@ -1,4 +1,4 @@
-"""What an effect of arms is, and the two kinds that most of them are."""
+"""An effect of arms: a small declaration."""
 
 from __future__ import annotations
 
@@ -20,24 +20,28 @@ Numbers = Mapping[str, float | str]
 
 @dataclass(frozen=True)
 class ArmEffect:
-    """One effect of arms.
+    """One effect of arms. What is not said of one that the library has is as there.
+
+    It is linear in some of its numbers, which a fit finds; the others, its shape, are tried.
 
     Attributes:
         name: in model files and reports.
-        place: where it acts: a joint, a link, or the whole arm.
-        family, block: how deep its name may hold.
         symbols: its numbers, in the order of files.
         units: theirs, of a joint that turns.
-        columns: (motion of a joint, shape) -> (n, k), the torque that its drive has to give [N m] for each of the k
-            numbers being 1; None where the plant of the arm says it.
+        place: where it acts: a joint, a link, or the whole arm.
+        family, block: how deep its name may hold.
+        equation, source: for people.
+        of_plant: whether the plant of the arm says its torque.
+        torque: (motion of a joint, shape) -> (n, k), the torque that its drive has to give [N m] for each of the k
+            linear numbers being 1; None: by the law of the library.
+        shape: symbols of what is tried.
         shapes: (motion of the joint) -> shapes that are tried.
-        values: (k numbers, shape) -> numbers by symbol.
-        coefficients: numbers by symbol -> (k numbers, shape).
-        least: that each of the k numbers may be.
+        to_file: (k numbers, shape) -> numbers by symbol; None: linear ones and shape stand there as they are.
+        from_file: numbers by symbol -> (k numbers, shape); None: likewise.
+        least: that each of the k numbers may be; 0 unless said.
         check: whether k numbers that each may be go together.
         holds: effects that are special or limiting cases of it.
         replaces: the part of a joint that one law alone may have; empty: it stands beside others.
-        equation, source: for people.
         near_equal: what logs hardly tell from it -> where: an effect, `link_inertia` (other inertial numbers of a
             link) or `scaled_inertias` (of all links by one factor).
         axis: none; effects of a contact have one.
@@ -45,18 +49,20 @@ class ArmEffect:
     """
 
     name: str
-    place: Literal["joint", "link", "arm"]
-    family: str
-    block: str
     symbols: tuple[str, ...]
     units: tuple[str, ...]
-    values: Callable[[Array, Shape], Numbers]
-    coefficients: Callable[[Numbers], tuple[Array, Shape]]
-    equation: str
-    source: str
-    columns: Callable[[JointMotion, Shape], Array] | None = None
+    place: Literal["joint", "link", "arm"] = "joint"
+    family: str = ""
+    block: str = ""
+    equation: str = ""
+    source: str = ""
+    of_plant: bool = False
+    torque: Callable[[JointMotion, Shape], Array] | None = None
+    shape: tuple[str, ...] = ()
     shapes: Callable[[JointMotion], Sequence[Shape]] = lambda motion: [()]
-    least: tuple[float, ...] = (-math.inf,)
+    to_file: Callable[[Array, Shape], Numbers] | None = None
+    from_file: Callable[[Numbers], tuple[Array, Shape]] | None = None
+    least: tuple[float, ...] = ()
     check: Callable[[Array], bool] = lambda x: True
     holds: tuple[str, ...] = ()
     replaces: str = ""
@@ -64,84 +70,44 @@ class ArmEffect:
     axis: str = ""
     optional: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "least", self.least or (0.0,) * len(self._linear))
+        for name in ("family", "block", "equation", "source"):
+            if not getattr(self, name):
+                object.__setattr__(self, name, getattr(LIBRARY[self.name], name))
+
+    @property
+    def _linear(self) -> tuple[str, ...]:
+        return tuple(symbol for symbol in self.symbols if symbol not in self.shape)
+
     @property
     def reaches_all(self) -> bool:
         """Whether it changes the torque of other joints than one."""
-        return self.place != "joint" or self.columns is None
+        return self.place != "joint" or self.of_plant
+
+    def columns(self, motion: JointMotion, form: Shape) -> Array:
+        """Torque of a joint for one unit of each linear number (n, k); not of what the plant says."""
+        if self.torque is not None:
+            return self.torque(motion, form)
+        units = [self.values(one, form) for one in np.eye(len(self._linear))]
+        return np.stack([along(self.name, motion, {s: float(v) for s, v in unit.items()}) for unit in units], 1)
+
+    def values(self, x: Array, form: Shape) -> Numbers:
+        """Numbers by symbol, of k linear ones and a shape."""
+        if self.to_file is not None:
+            return self.to_file(x, form)
+        return dict(zip((*self._linear, *self.shape), map(float, (*x, *form)), strict=True))
+
+    def coefficients(self, values: Numbers) -> tuple[Array, Shape]:
+        """The k linear numbers and the shape, of numbers by symbol."""
+        if self.from_file is not None:
+            return self.from_file(values)
+        return np.array([float(values[s]) for s in self._linear]), tuple(float(values[s]) for s in self.shape)
+
+    def allows(self, x: Array) -> bool:
+        """Whether k linear numbers each may be, and go together."""
+        return not any(x < self.least) and self.check(x)
 
 
-def of_library(
-    name: str,
-    symbols: tuple[str, ...],
-    units: tuple[str, ...],
-    parts: Callable[[Shape], Sequence[tuple[Mapping[str, float], Mapping[str, float]]]],
-    *,
-    shape: tuple[str, ...] = (),
-    shapes: Callable[[JointMotion], Sequence[Shape]] = lambda motion: [()],
-    least: float = 0.0,
-    check: Callable[[Array], bool] = lambda x: True,
-    holds: tuple[str, ...] = (),
-    replaces: str = "",
-    near_equal: Mapping[str, str] | None = None,
-) -> ArmEffect:
-    """An effect of the library on a joint, linear in its numbers but those of its shape."""
-    strong = tuple(s for s in symbols if s not in shape)
-
-    def columns(motion: JointMotion, form: Shape) -> Array:
-        return np.stack([along(name, motion, values, uses) for values, uses in parts(form)], 1)
-
-    law = LIBRARY[name]
-    return ArmEffect(
-        name,
-        "joint",
-        law.family,
-        law.block,
-        symbols,
-        units,
-        values=lambda x, form: {**dict(zip(strong, map(float, x), strict=True)), **dict(zip(shape, form, strict=True))},
-        coefficients=lambda v: (np.array([float(v[s]) for s in strong]), tuple(float(v[s]) for s in shape)),
-        equation=law.equation,
-        source=law.source,
-        columns=columns,
-        shapes=shapes,
-        least=(least,) * len(strong),
-        check=check,
-        holds=holds,
-        replaces=replaces,
-        near_equal=near_equal or {},
-    )
-
-
-def _one(symbol: str) -> tuple[Callable[[Array, Shape], Numbers], Callable[[Numbers], tuple[Array, Shape]]]:
-    return lambda x, form: {symbol: float(x[0])}, lambda values: (np.array([float(values[symbol])]), ())
-
-
-def of_one_number(
-    name: str,
-    symbol: str,
-    unit: str,
-    column: Callable[[JointMotion], Array],
-    family: str,
-    block: str,
-    equation: str,
-    source: str,
-    least: float = -math.inf,
-    near_equal: Mapping[str, str] | None = None,
-) -> ArmEffect:
-    """An effect of one number on one joint, which the library has not or has for other structures."""
-    values, coefficients = _one(symbol)
-    return ArmEffect(
-        name,
-        "joint",
-        family,
-        block,
-        (symbol,),
-        (unit,),
-        values=values,
-        coefficients=coefficients,
-        equation=equation,
-        source=source,
-        columns=lambda motion, form: column(motion)[:, None],
-        least=(least,),
-        near_equal=near_equal or {},
-    )
+ANY = -math.inf
+"""`ArmEffect.least` of a number of either sign."""

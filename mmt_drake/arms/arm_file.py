@@ -18,7 +18,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.controller import Controller
 from mmt_drake.model_files import controller_data, parse_controller
 from mmt_drake.recording.atomic import replacing
-from mmt_drake.typed_yaml import known_keys, mapping, parse, read_text
+from mmt_drake.typed_yaml import fill, known_keys, mapping, parse, read_text
 
 INERTIA = ("m", "mcx", "mcy", "mcz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 """The ten inertial numbers of a link, about its own frame: mass [kg], first moment [kg m], inertia [kg m^2]."""
@@ -140,7 +140,8 @@ def load_arm_model(path: str | Path) -> ArmModel:
     known_keys(torque, ("column", "factor"), source, "torque")
     joints = tuple(map(str, _list(data.get("joints") or [], source, "joints")))
     factor = torque.get("factor", [])
-    factors = _numbers(factor if isinstance(factor, list) else [factor] * max(len(joints), 1), source, "torque.factor")
+    every = factor if isinstance(factor, list) else [factor] * max(len(joints), 1)
+    factors = fill(tuple[float, ...], every, source, "torque.factor")
     if 0.0 in factors:
         raise BadInput(source, at="torque.factor", found="0", expected="torque for one unit of the column, not 0")
     return ArmModel(
@@ -148,7 +149,7 @@ def load_arm_model(path: str | Path) -> ArmModel:
         source=source,
         function=function,
         joints=joints,
-        gravity=_three(data.get("gravity", [0.0, 0.0, -9.81]), source, "gravity"),
+        gravity=fill(tuple[float, float, float], data.get("gravity", [0.0, 0.0, -9.81]), source, "gravity"),
         column=str(torque.get("column", "")),
         factor=factors,
         held=tuple(
@@ -214,28 +215,18 @@ def _list(value: object, source: str, at: str) -> list[Any]:
 
 
 def _number(value: object, source: str, at: str, least: float = -math.inf) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value < least:
-        expected = "a finite number" if least == -math.inf else f"a number of {least:g} or more"
-        raise BadInput(source, at=at, found=repr(value), expected=expected)
-    return float(value)
-
-
-def _numbers(value: object, source: str, at: str) -> tuple[float, ...]:
-    return tuple(_number(v, source, f"{at}[{i}]") for i, v in enumerate(_list(value, source, at)))
-
-
-def _three(value: object, source: str, at: str) -> tuple[float, float, float]:
-    numbers = _numbers(value, source, at)
-    if len(numbers) != 3:
-        raise BadInput(source, at=at, found=f"{len(numbers)} numbers", expected="3")
-    return numbers[0], numbers[1], numbers[2]
+    number = fill(float, value, source, at)
+    if number < least:
+        raise BadInput(source, at=at, found=repr(value), expected=f"a number of {least:g} or more")
+    return number
 
 
 def _held(value: object, source: str, at: str) -> Held:
     data = mapping(value, source, at)
     known_keys(data, ("link", "m", "c"), source, at)
     mass = _number(data.get("m"), source, f"{at}.m", least=0.0)
-    return Held(str(data.get("link")), mass, _three(data.get("c", [0.0, 0.0, 0.0]), source, f"{at}.c"))
+    centre = fill(tuple[float, float, float], data.get("c", [0.0, 0.0, 0.0]), source, f"{at}.c")
+    return Held(str(data.get("link")), mass, centre)
 
 
 def _link(value: object, source: str, at: str) -> tuple[float, ...]:

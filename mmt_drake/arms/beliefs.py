@@ -77,8 +77,7 @@ def joint_search(problem: ArmProblem, belief: Belief, joint: int) -> JointSearch
     """The search of one joint under a belief."""
     row = problem.rows[joint]
     prior = None if belief.prior is None else belief.prior * row.spread(problem.inner) ** 2 * _FREE_SAMPLES
-    held = [t for h in belief.held for t in row.terms if (t.effect, t.where) == (h.effect, h.where)]
-    return JointSearch(row, Folds(row.sums, problem.inner, prior), held)
+    return JointSearch(row, Folds(row.sums, problem.inner, prior), belief.held_in(row))
 
 
 def _left_out(belief: Belief, without: frozenset[str]) -> frozenset[str]:
@@ -113,7 +112,7 @@ def is_sensible(found: Believed) -> bool:
     half = fit.deviations(x, inner)
     for term, at in fit.numbers_held:
         law = ARM_EFFECTS[term.effect]
-        if any(x[at] < law.least) or not law.check(x[at]) or abs(x[at[0]]) <= half[at[0]]:
+        if not law.allows(x[at]) or abs(x[at[0]]) <= half[at[0]]:
             return False
         if law.place == "link" and not fit.are_told(inner)[at[0]]:
             return False

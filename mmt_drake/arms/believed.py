@@ -40,17 +40,11 @@ class PreparedLog:
     believed: Array
     softened: Array
 
-    def joint(self, j: int, ripples: tuple[float, ...] = (), delays: tuple[float, ...] = (0.0,)) -> JointMotion:
-        """The motion of one joint.
-
-        Args:
-            j: its number.
-            ripples: periods that are to be tried [rad].
-            delays: the same [s].
-        """
+    def joint(self, j: int) -> JointMotion:
+        """The motion of joint j."""
         motion, jerk = self.motion, self.motion.jerk[:, j]
         q, v, a = motion.q[:, j], motion.v[:, j], motion.a[:, j]
-        return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk, ripples, delays)
+        return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk)
 
     def columns(self, arm: ArmPlant, effect: str, where: str, shape: Shape, j: int, nominal: Array) -> Array | None:
         """Torque of joint j for one unit of each number of an effect (n, k); None where it has no part there."""
@@ -59,7 +53,7 @@ class PreparedLog:
             return self.softened[:, j, arm.joints.index(where)][:, None]
         if law.place == "joint" and arm.joints[j] != where:
             return None
-        if law.columns is not None:
+        if not law.of_plant:
             return law.columns(self.joint(j), shape)
         if law.place == "link":
             k = arm.links.index(where)

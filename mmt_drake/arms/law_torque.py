@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.arms.joint_motion import JointMotion
-from mmt_drake.effects import LIBRARY
+from mmt_drake.effects import LIBRARY, Effect
 from mmt_drake.model.law_table import call_law
 from mmt_drake.model.laws import LAW_PARAMETERS, At, Slot
 from mmt_drake.numeric.arrays import Array
@@ -50,27 +50,32 @@ def _along(
         z += z_rate * (step if slip * step < 1e-9 else -math.expm1(-slip * step) / slip)
 
 
-def along(name: str, motion: JointMotion, values: Mapping[str, float], uses: Mapping[str, float]) -> Array:
+def along(name: str, motion: JointMotion, numbers: Mapping[str, float]) -> Array:
     """The torque that a drive has to give against a law of the library (n,).
 
     Args:
         name: of the law.
         motion: of the joint.
-        values: numbers of the effect, by symbol.
-        uses: the structure's numbers that it reads.
+        numbers: of the effect and, of the structure, those that it reads, by symbol.
     """
     effect = LIBRARY[name]
     law = effect.law
     if law is None:  # one number of the structure, which it adds to
-        (value,) = values.values()
+        (value,) = numbers.values()
         carried = {"Fc": motion.direction, "b": motion.v, "k": motion.q}[str(effect.adds_to)]
         return value * carried
-    numbers = [values[p.symbol] for p in effect.parameters] + [uses.get(symbol, 0.0) for symbol in effect.uses]
-    p = tuple(numbers + [0.0] * (LAW_PARAMETERS - len(numbers)))
+    own = _numbers(effect, numbers)
+    p = (*own, *[0.0] * (LAW_PARAMETERS - len(own)))
     out = np.empty(len(motion.v))
     levels = law.slot == Slot.FRICTION
     _along(law.address, levels, motion.step, motion.q, motion.v, motion.load, motion.rest, p, out)
     return out
+
+
+def _numbers(effect: Effect, numbers: Mapping[str, float]) -> tuple[float, ...]:
+    """What a law reads: its effect's numbers, then those of the structure; a joint has a gain of 1, and 0 of others."""
+    uses = {"gain": 1.0, **numbers}
+    return (*(numbers[p.symbol] for p in effect.parameters), *(uses.get(symbol, 0.0) for symbol in effect.uses))
 
 
 def instant(
@@ -93,10 +98,9 @@ def instant(
     if effect.law is None:
         (value,) = numbers.values()
         return value * {"Fc": direction, "b": v, "k": q}[str(effect.adds_to)], 0.0
-    uses = {"gain": 1.0, **numbers}
-    p = [numbers[one.symbol] for one in effect.parameters] + [uses.get(symbol, 0.0) for symbol in effect.uses]
     side = math.copysign(1.0, direction)
-    result = effect.law(At(0.0, q, v, q, v, load, side, 0.0, 0.0, 0.0), (z, 0.0, 0.0, 0.0), tuple(p))
+    at = At(0.0, q, v, q, v, load, side, 0.0, 0.0, 0.0)
+    result = effect.law(at, (z, 0.0, 0.0, 0.0), _numbers(effect, numbers))
     if effect.law.slot == Slot.FRICTION:
         return abs(direction) * side * result[0], 0.0
     return -result[0], result[1]

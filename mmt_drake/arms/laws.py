@@ -14,10 +14,9 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from mmt_drake.arms.arm_effect import ArmEffect, Numbers, Shape, of_library, of_one_number
+from mmt_drake.arms.arm_effect import ANY, ArmEffect, Numbers, Shape
 from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.law_torque import along
-from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.arrays import Array
 
 _BRIEF_S: Final = 1e-3
@@ -28,10 +27,6 @@ _FARTHEST: Final = 1.0
 
 def _speeds(*parts: float) -> Callable[[JointMotion], list[Shape]]:
     return lambda motion: [(part * motion.fastest,) for part in parts]
-
-
-def _ripples(motion: JointMotion) -> list[Shape]:
-    return [(period,) for period in motion.ripples]
 
 
 def _ripple_values(x: Array, form: Shape) -> Numbers:
@@ -45,11 +40,11 @@ def _ripple_coefficients(values: Numbers) -> tuple[Array, Shape]:
 
 def _ripple_columns(motion: JointMotion, form: Shape) -> Array:
     numbers = [{"amplitude": 1.0, "period": form[0], "phase": phase} for phase in (0.0, 0.5 * math.pi)]
-    return np.stack([along("torque_ripple", motion, values, {}) for values in numbers], 1)
+    return np.stack([along("torque_ripple", motion, values) for values in numbers], 1)
 
 
 def _dahl_columns(motion: JointMotion, form: Shape) -> Array:
-    return along("dahl_friction", motion, {"Fc": 1.0, "sigma": 1.0 / form[0]}, {})[:, None]
+    return along("dahl_friction", motion, {"Fc": 1.0, "sigma": 1.0 / form[0]})[:, None]
 
 
 def _two_levels(motion: JointMotion, form: Shape) -> Array:
@@ -64,11 +59,6 @@ def _later(motion: JointMotion, form: Shape) -> Array:
     time = np.arange(len(motion.q)) * motion.step
     own = motion.others[:, motion.joint]
     return ((own - CubicSpline(time, own)(time + form[0])) / form[0])[:, None]
-
-
-def _delay_coefficients(values: Numbers) -> tuple[Array, Shape]:
-    delay = float(values["delay"])
-    return np.array([delay]), (delay,)
 
 
 def _point(m: float, c: Sequence[float]) -> Array:
@@ -99,32 +89,29 @@ _SICILIANO: Final = "Siciliano, Sciavicco, Villani and Oriolo 2009, Robotics, ch
 ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
     effect.name: effect
     for effect in (
-        of_library("viscous_friction", ("b",), ("N m s/rad",), lambda form: [({"b": 1.0}, {})], replaces=_VISCOUS),
-        of_library(
+        ArmEffect("viscous_friction", ("b",), ("N m s/rad",), replaces=_VISCOUS),
+        ArmEffect(
             "asymmetric_viscous_friction",
             ("b_plus", "b_minus"),
             ("N m s/rad", "N m s/rad"),
-            lambda form: [({"b_plus": 1.0, "b_minus": 0.0}, {}), ({"b_plus": 0.0, "b_minus": 1.0}, {})],
             holds=("viscous_friction",),
             replaces=_VISCOUS,
         ),
-        of_library("quadratic_drag", ("c",), ("N m s^2/rad^2",), lambda form: [({"c": 1.0}, {})]),
-        of_library("coulomb_friction", ("Fc",), ("N m",), lambda form: [({"Fc": 1.0}, {})], replaces=_DRY),
-        of_library(
+        ArmEffect("quadratic_drag", ("c",), ("N m s^2/rad^2",)),
+        ArmEffect("coulomb_friction", ("Fc",), ("N m",), replaces=_DRY),
+        ArmEffect(
             "smooth_coulomb_friction",
             ("Fc", "v_s"),
             ("N m", "rad/s"),
-            lambda form: [({"Fc": 1.0, "v_s": form[0]}, {})],
             shape=("v_s",),
             shapes=_speeds(*_STIFF_START),
             holds=("coulomb_friction",),
             replaces=_DRY,
         ),
-        of_library(
+        ArmEffect(
             "stribeck_friction",
             ("Fc", "Fs", "v_s"),
             ("N m", "N m", "rad/s"),
-            lambda form: [({"Fs": 0.0, "v_s": form[0]}, {"Fc": 1.0}), ({"Fs": 1.0, "v_s": form[0]}, {"Fc": 0.0})],
             shape=("v_s",),
             shapes=_speeds(*_STIFF_START),
             check=lambda x: bool(x[1] >= x[0]),  # it falls with speed
@@ -133,167 +120,142 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
         ),
         ArmEffect(
             "dahl_friction",
-            "joint",
-            "dry_friction",
-            "friction",
             ("Fc", "sigma"),
             ("N m", "N m/rad"),
-            values=lambda x, form: {"Fc": float(x[0]), "sigma": float(x[0]) / form[0]},
-            coefficients=lambda v: (np.array([float(v["Fc"])]), (float(v["Fc"]) / (float(v["sigma"]) or 1.0),)),
-            equation=LIBRARY["dahl_friction"].equation,
-            source=LIBRARY["dahl_friction"].source,
-            columns=_dahl_columns,
+            torque=_dahl_columns,
+            shape=("sigma",),
             shapes=lambda motion: [(part * motion.reach,) for part in (0.003, 0.006, 0.012, 0.025, 0.05, 0.1)],
-            least=(0.0,),
+            to_file=lambda x, form: {"Fc": float(x[0]), "sigma": float(x[0]) / form[0]},
+            from_file=lambda v: (np.array([float(v["Fc"])]), (float(v["Fc"]) / (float(v["sigma"]) or 1.0),)),
             holds=("coulomb_friction",),
             replaces=_DRY,
         ),
         ArmEffect(
             "static_friction",
-            "joint",
-            "dry_friction",
-            "friction",
             ("Fs", "Fd", "v_d"),
             ("N m", "N m", "rad/s"),
-            values=lambda x, form: {"Fs": float(x[0]), "Fd": float(x[1]), "v_d": form[0]},
-            coefficients=lambda v: (np.array([float(v["Fs"]), float(v["Fd"])]), (float(v["v_d"]),)),
             equation="Fs sgn v while |v| < v_d, else Fd sgn v; what it holds at rest is not looked at",
-            source=LIBRARY["static_friction"].source,
-            columns=_two_levels,
+            torque=_two_levels,
+            shape=("v_d",),
             shapes=_speeds(*_STIFF_START),
-            least=(0.0, 0.0),
             check=lambda x: bool(x[0] >= x[1]),
             holds=("coulomb_friction",),
             replaces=_DRY,
             near_equal={"stribeck_friction": "where few strokes are as slow as v_d"},
         ),
-        of_library("load_dependent_friction", ("mu",), ("1",), lambda form: [({"mu": 1.0}, {})]),
-        of_library("constant_force", ("F",), ("N m",), lambda form: [({"F": 1.0}, {"gain": 1.0})], least=-math.inf),
-        of_library("ground_spring", ("k",), ("N m/rad",), lambda form: [({"k": 1.0}, {})]),
+        ArmEffect("load_dependent_friction", ("mu",), ("1",)),
+        ArmEffect("constant_force", ("F",), ("N m",), least=(ANY,)),
+        ArmEffect("ground_spring", ("k",), ("N m/rad",)),
         ArmEffect(
             "torque_ripple",
-            "joint",
-            "body_force",
-            "body",
             ("amplitude", "period", "phase"),
             ("N m", "rad", "rad"),
-            values=_ripple_values,
-            coefficients=_ripple_coefficients,
-            equation=LIBRARY["torque_ripple"].equation,
-            source=LIBRARY["torque_ripple"].source,
-            columns=_ripple_columns,
-            shapes=_ripples,
-            least=(-math.inf, -math.inf),
+            torque=_ripple_columns,
+            shape=("period",),
+            shapes=lambda motion: [(period,) for period in motion.ripples],
+            to_file=_ripple_values,
+            from_file=_ripple_coefficients,
+            least=(ANY, ANY),
         ),
-        of_one_number(
+        ArmEffect(
             "rotor_inertia",
-            "I",
-            "kg m^2",
-            lambda motion: motion.a,
-            "inertia",
-            "body",
-            "I q'', I as seen from the joint",
-            _SICILIANO,
-            least=0.0,
+            ("I",),
+            ("kg m^2",),
+            family="inertia",
+            block="body",
+            equation="I q'', I as seen from the joint",
+            source=_SICILIANO,
+            torque=lambda motion, form: motion.a[:, None],
             near_equal={"link_inertia": "on the first joint of a chain, about its axis"},
         ),
-        of_one_number(
+        ArmEffect(
             "torque_gain",
-            "gain",
-            "1",
-            lambda motion: motion.rigid,
-            "sensor",
-            "force_sensor",
-            "the log tells gain times the torque that moves the links; the numbers tell gain - 1",
-            _SICILIANO,
+            ("gain",),
+            ("1",),
+            family="sensor",
+            block="force_sensor",
+            equation="the log tells gain times the torque that moves the links; the numbers tell gain - 1",
+            source=_SICILIANO,
+            torque=lambda motion, form: motion.rigid[:, None],
+            least=(ANY,),
             near_equal={"scaled_inertias": "where it is the same on every joint"},
         ),
         ArmEffect(
             "joint_elasticity",
-            "joint",
-            "drive_train",
-            "drive",
             ("k",),
             ("N m/rad",),
-            values=lambda x, form: {"k": 1.0 / float(x[0]) if x[0] > 0.0 else math.inf},
-            coefficients=lambda v: (np.array([1.0 / float(v["k"])]), ()),
+            family="drive_train",
+            block="drive",
             equation="the link is behind the drive by the torque that moves the links over k; to first order",
             source="Spong 1987, J. Dynamic Systems, Measurement and Control 109(4)",
-            least=(0.0,),
+            of_plant=True,
+            to_file=lambda x, form: {"k": 1.0 / float(x[0]) if x[0] > 0.0 else math.inf},
+            from_file=lambda v: (np.array([1.0 / float(v["k"])]), ()),
             near_equal={"rotor_inertia": "in motion far below the resonance of joint and link"},
         ),
         ArmEffect(
             "time_delay",
-            "arm",
-            "timing",
-            "channel",
             ("delay",),
             ("s",),
-            values=lambda x, form: {"delay": float(x[0])},
-            coefficients=_delay_coefficients,
+            "arm",
             equation="the torque comes later than the position, by the same time on every joint",
-            source=LIBRARY["time_delay"].source,
-            columns=_later,
+            torque=_later,
             shapes=lambda motion: [(delay,) for delay in motion.delays],
+            to_file=lambda x, form: {"delay": float(x[0])},
+            from_file=lambda v: (np.array([float(v["delay"])]), (float(v["delay"]),)),
+            least=(ANY,),
             near_equal={"force_lag": "in motion slower than 1/(2 pi tau)"},
         ),
         ArmEffect(
             "force_lag",
-            "arm",
-            "timing",
-            "channel",
             ("tau",),
             ("s",),
-            values=lambda x, form: {"tau": float(x[0])},
-            coefficients=lambda v: (np.array([float(v["tau"])]), ()),
+            "arm",
+            block="channel",
             equation="the torque is read through a first-order filter, of the same time constant on every joint",
-            source=LIBRARY["force_lag"].source,
-            columns=lambda motion, form: -motion.jerk[:, None],
-            least=(0.0,),
+            torque=lambda motion, form: -motion.jerk[:, None],
             near_equal={"time_delay": "in motion slower than 1/(2 pi tau)"},
         ),
         ArmEffect(
             "joint_coupling",
-            "joint",
-            "drive_train",
-            "drive",
             ("joint", "gain"),
             ("", "1"),
-            values=lambda x, form: {"joint": str(int(form[0])), "gain": float(x[0])},
-            coefficients=lambda v: (np.array([float(v["gain"])]), (float(v["joint"]),)),
+            family="drive_train",
+            block="drive",
             equation="gain times the torque of another joint",
             source=_SICILIANO,
-            columns=lambda motion, form: motion.others[:, int(form[0])][:, None],
+            torque=lambda motion, form: motion.others[:, int(form[0])][:, None],
+            shape=("joint",),
             shapes=lambda motion: [(float(k),) for k in motion.geared],
+            to_file=lambda x, form: {"joint": str(int(form[0])), "gain": float(x[0])},
+            least=(ANY,),
         ),
         ArmEffect(
             "payload",
-            "link",
-            "inertia",
-            "body",
             ("m", "cx", "cy", "cz", *_MOMENTS),
             ("kg", "m", "m", "m", *["kg m^2"] * 6),
-            values=_payload_values,
-            coefficients=_payload_coefficients,
+            "link",
+            family="inertia",
+            block="body",
             equation="a body of mass m with its centre at c of a link's frame, and its moments about that centre",
-            optional=_MOMENTS,
             source=_GAUTIER,
-            least=(0.0, *[-math.inf] * 9),
+            of_plant=True,
+            to_file=_payload_values,
+            from_file=_payload_coefficients,
+            least=(0.0, *[ANY] * 9),
             check=lambda x: bool(np.abs(x[1:4]).max() <= _FARTHEST * x[0]),
             near_equal={"link_inertia": "always, of the link that carries it: the file's may have been wrong"},
+            optional=_MOMENTS,
         ),
         ArmEffect(
             "gravity_offset",
-            "arm",
-            "body_force",
-            "body",
             ("rx", "ry"),
             ("rad", "rad"),
-            values=lambda x, form: {"rx": float(x[0]), "ry": float(x[1])},
-            coefficients=lambda v: (np.array([float(v["rx"]), float(v["ry"])]), ()),
+            "arm",
             equation="gravity turned by rx and ry about the axes of the robot's foot, to first order",
             source=_SICILIANO,
-            least=(-math.inf, -math.inf),
+            of_plant=True,
+            least=(ANY, ANY),
         ),
     )
 }

@@ -101,11 +101,5 @@ def _inertia(a: Array) -> Array:
     """The matrix that gives I a from Ixx, Iyy, Izz, Ixy, Ixz, Iyz, (n, 3, 6)."""
     zero = np.zeros(len(a))
     x, y, z = a.T
-    return np.stack(
-        [
-            np.stack([x, zero, zero, y, z, zero], 1),
-            np.stack([zero, y, zero, x, zero, z], 1),
-            np.stack([zero, zero, z, zero, x, y], 1),
-        ],
-        1,
-    )
+    rows = [[x, zero, zero, y, z, zero], [zero, y, zero, x, zero, z], [zero, zero, z, zero, x, y]]
+    return np.stack([np.stack(row, 1) for row in rows], 1)

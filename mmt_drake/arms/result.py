@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.base_parameters import BaseParameters
 from mmt_drake.arms.forward import WINDOW_S, ForwardErrors
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.diagnosis.decide.budget import BudgetPart
+from mmt_drake.plain import plain
 
 
 @dataclass(frozen=True)
@@ -128,12 +127,9 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
         diagnosis: what was found.
         model: name of the file with the augmented model.
     """
-    parts = [{"part": part.part, "share": part.share} for part in diagnosis.budget]
 
-    def number(one: Number | str) -> Any:
-        if isinstance(one, str):
-            return one
-        return {"value": one.value, "unit": one.unit, "ci95": list(one.ci95) if one.ci95 else None}
+    def shares(budget: tuple[BudgetPart, ...]) -> list[dict[str, Any]]:
+        return [{"part": part.part, "share": part.share} for part in budget]
 
     def effect(one: ArmEffectFound) -> dict[str, Any]:
         place = ARM_EFFECTS[one.name].place
@@ -144,26 +140,26 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
             **({} if place == "arm" else {place: one.where}),
             "certain": one.certain,
             "share": one.share,
-            "parameters": {symbol: number(value) for symbol, value in one.numbers.items()},
+            "parameters": one.numbers,
         }
 
-    return {
+    document: dict[str, Any] = {
         "schema": "mmt_drake.diagnosis/2",
         "structure": "multibody",
         "verdict": diagnosis.verdict,
         "summary": diagnosis.summary,
-        "budget": parts,
+        "budget": shares(diagnosis.budget),
         "effects": [effect(e) for e in diagnosis.effects if e.certain],
-        "unsure": [{**effect(e), "instead": list(e.instead)} for e in diagnosis.effects if not e.certain],
+        "unsure": [{**effect(e), "instead": e.instead} for e in diagnosis.effects if not e.certain],
         "alternatives": [
             {"name": name, "where": e.where, "indistinguishable": True, "in_place_of": e.name}
             for e in diagnosis.effects
             for name in (*e.instead, *e.looks_like)
         ],
         "parameters": {
-            f"{link}.{symbol}": number(n) for link, some in diagnosis.parameters.items() for symbol, n in some.items()
+            f"{link}.{symbol}": n for link, some in diagnosis.parameters.items() for symbol, n in some.items()
         },
-        "untold": {link: list(symbols) for link, symbols in diagnosis.untold.items()},
+        "untold": diagnosis.untold,
         "base_parameters": diagnosis.base.to_data() if diagnosis.base else None,
         "joints": [
             {
@@ -172,32 +168,26 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
                 "torque_spread": j.spread,
                 "heldout_nrmse": {"nominal": j.nominal, "refit": j.refit, "augmented": j.augmented},
                 "noise_floor": j.noise,
-                "budget": [{"part": part.part, "share": part.share} for part in j.budget],
+                "budget": shares(j.budget),
             }
             for j in diagnosis.joints
         ],
         "forward": _forward(diagnosis),
-        "fit": {"heldout_s": [[a, b] for a, b, _ in diagnosis.heldout_s], "band_hz": diagnosis.model.band_hz},
-        "untried": list(diagnosis.untried),
-        "notes": list(diagnosis.notes),
-        "recordings": list(diagnosis.recordings),
+        "fit": {"heldout_s": [(a, b) for a, b, _ in diagnosis.heldout_s], "band_hz": diagnosis.model.band_hz},
+        "untried": diagnosis.untried,
+        "notes": diagnosis.notes,
+        "recordings": diagnosis.recordings,
         "seconds": diagnosis.seconds,
         "model": model,
     }
+    in_words: dict[str, Any] = plain(document)
+    return in_words
 
 
 def _forward(diagnosis: ArmDiagnosis) -> dict[str, Any] | None:
     """RMS of positions simulated over windows, None where a model could not be simulated."""
     if diagnosis.forward is None:
         return None
-    before, after = ([float(e) if np.isfinite(e) else None for e in one.rms] for one in diagnosis.forward)
-    way, windows = diagnosis.forward[0].way.tolist(), diagnosis.forward[0].windows
-    closed = diagnosis.forward[0].closed
-    return {
-        "window_s": WINDOW_S,
-        "windows": windows,
-        "closed_loop": closed,
-        "way": way,
-        "nominal": before,
-        "augmented": after,
-    }
+    before, after = diagnosis.forward
+    errors: dict[str, Any] = plain({"nominal": before.rms, "augmented": after.rms}, finite=True)
+    return {"window_s": WINDOW_S, "windows": before.windows, "closed_loop": before.closed, "way": before.way, **errors}

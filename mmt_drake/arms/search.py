@@ -95,11 +95,10 @@ class JointSearch:
         """Whether every number is one that its effect may have."""
         at = self._links + sum(len(t.columns) for t in self._held)
         for term in found.terms:
-            least = ARM_EFFECTS[term.effect].least
-            own = found.fit.x[at : at + len(least)] + self._known.get(term.key, 0.0)
-            if any(own < least) or not ARM_EFFECTS[term.effect].check(own):
+            end = at + len(term.columns)
+            if not ARM_EFFECTS[term.effect].allows(found.fit.x[at:end] + self._known.get(term.key, 0.0)):
                 return False
-            at += len(least)
+            at = end
         return True
 
     def best(self, without: frozenset[str] = frozenset()) -> JointSet:

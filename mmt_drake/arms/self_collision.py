@@ -24,13 +24,12 @@ class SelfCollision:
     Args:
         model: of an arm.
         arm: of that model.
-        seed: of poses by which links are found that touch in every pose, as those of a coarse geometry do.
 
     Raises:
         BadInput: the robot's file has no collision geometry that can be compared, or Drake cannot read it.
     """
 
-    def __init__(self, model: ArmModel, arm: ArmPlant, seed: int = 0) -> None:
+    def __init__(self, model: ArmModel, arm: ArmPlant) -> None:
         if model.function:
             raise BadInput(model.source, found="a plant made by a function", expected="a robot's file")
         builder = DiagramBuilder()
@@ -50,7 +49,8 @@ class SelfCollision:
         if not candidates:
             raise BadInput(model.robot, found="no collision geometry of links apart", expected="some")
         low, high = (np.clip(limit, -np.pi, np.pi) for limit in arm.position_limits)
-        poses = np.random.default_rng(seed).uniform(low, high, (_POSES, len(low)))
+        # Links that touch in every pose, as those of a coarse geometry do, say nothing.
+        poses = np.random.default_rng(0).uniform(low, high, (_POSES, len(low)))
         try:
             self._always = frozenset.intersection(*(frozenset(self._near(q)) for q in poses))
         except RuntimeError as error:  # shapes between which Drake knows no distance

@@ -10,8 +10,9 @@ import numpy as np
 from scipy import linalg, stats
 
 from mmt_drake.arms.folds import FOLDS, HELD
-from mmt_drake.arms.problem import ArmProblem, Term
+from mmt_drake.arms.problem import ArmProblem, JointRows, Term
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.layout import Layout
 
 _FEWEST_DEGREES = 3
 _TOLD = 1e4
@@ -34,6 +35,10 @@ class Belief:
     name: str
     held: tuple[Term, ...] = ()
     prior: Array | None = None
+
+    def held_in(self, row: JointRows) -> list[Term]:
+        """The terms of the effect among those of a joint, which has it by its name."""
+        return [term for held in self.held for term in row.terms if term.key == held.key]
 
     @property
     def said(self) -> str:
@@ -63,29 +68,27 @@ class SharedFit:
         return 0 if self.belief.prior is None else len(self.belief.prior)
 
     @cached_property
+    def _numbers(self) -> dict[int | None, list[tuple[Term, list[int]]]]:
+        """Each term of the arm, None, and of the joints one after the other, and where its numbers stand in x."""
+        of_joints = {row.joint: self.sets.get(row.joint, ()) for row in self.problem.rows}
+        found: dict[int | None, list[tuple[Term, list[int]]]] = {}
+        place = Layout()
+        place(self._links)
+        for of, terms in ((None, self.belief.held), *of_joints.items()):
+            parts = [(term, place.part(len(term.columns))) for term in terms]
+            found[of] = [(term, list(range(part.start, part.stop))) for term, part in parts]
+        return found
+
+    @cached_property
     def _places(self) -> list[tuple[list[int], list[int]]]:
         """For each joint: its columns, and where their numbers stand in x."""
-        shared = [c for term in self.belief.held for c in term.columns]
-        at = self._links + len(shared)
+        links = range(self._links)
         places = []
         for row in self.problem.rows:
-            own = [c for term in self.sets.get(row.joint, ()) for c in term.columns]
-            columns = [*range(self._links), *self._held_columns(row.joint), *own]
-            numbers = [*range(self._links + len(shared)), *range(at, at + len(own))]
-            places.append((columns, numbers))
-            at += len(own)
+            terms = [*self.belief.held_in(row), *self.sets.get(row.joint, ())]
+            numbers = [n for _, at in (*self.numbers_held, *self.numbers_of(row.joint)) for n in at]
+            places.append(([*links, *(c for term in terms for c in term.columns)], [*links, *numbers]))
         return places
-
-    def _held_columns(self, joint: int) -> list[int]:
-        """Columns of the arm's effect in the rows of a joint, which has it by its name."""
-        terms = self.problem.rows[joint].terms
-        return [
-            c
-            for held in self.belief.held
-            for term in terms
-            if (term.effect, term.where) == (held.effect, held.where)
-            for c in term.columns
-        ]
 
     @cached_property
     def size(self) -> int:
@@ -169,13 +172,7 @@ class SharedFit:
 
     def numbers_of(self, joint: int) -> list[tuple[Term, list[int]]]:
         """Each term of a joint and where its numbers stand in x."""
-        at = self._links + sum(len(t.columns) for t in self.belief.held)
-        at += sum(len(t.columns) for j in range(joint) for t in self.sets.get(j, ()))
-        found = []
-        for term in self.sets.get(joint, ()):
-            found.append((term, list(range(at, at + len(term.columns)))))
-            at += len(term.columns)
-        return found
+        return self._numbers[joint]
 
     @property
     def numbers_of_links(self) -> list[int]:
@@ -185,8 +182,4 @@ class SharedFit:
     @property
     def numbers_held(self) -> list[tuple[Term, list[int]]]:
         """The same of the arm's effects."""
-        at, found = self._links, []
-        for term in self.belief.held:
-            found.append((term, list(range(at, at + len(term.columns)))))
-            at += len(term.columns)
-        return found
+        return self._numbers[None]

@@ -155,8 +155,7 @@ def forbidden(found: Believed, x: Array) -> tuple[int, Term] | None:
     for joint in found.fit.sets:
         known = found.fit.problem.rows[joint].held
         for term, at in found.fit.numbers_of(joint):
-            law, own = ARM_EFFECTS[term.effect], x[at] + known.get(term.key, 0.0)
-            if any(own < law.least) or not law.check(own):
+            if not ARM_EFFECTS[term.effect].allows(x[at] + known.get(term.key, 0.0)):
                 return joint, term
     return None
 

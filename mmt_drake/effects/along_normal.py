@@ -4,23 +4,17 @@ There the deflection d is the depth, -z; what the law reads of spring and damper
 but the probe.
 """
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from mmt_drake.effects.effect import Effect, Ranges, Scales, Values
+from mmt_drake.effects.effect import Effect, Ranges, Values
 
 _THERE: Final = {"k2": "normal_k", "b2": "normal_b", "m": "normal_m"}
 _SEEN: Final = {"deflection": "depth", "deflection_rate": "depth_rate", "sliding_velocity": "depth_rate"}
 
 
-def along_normal(effect: Effect, starts: Callable[[Scales], Sequence[Values]]) -> Effect:
-    """The effect `normal_NAME` with the law of another one.
-
-    Args:
-        effect: of a contact, with a law.
-        starts: as of `Effect.starts`.
-    """
+def along_normal(effect: Effect) -> Effect:
+    """The effect `normal_NAME` with the law of another one, of a contact; fits begin by the scales of its presses."""
 
     def engages(values: Values, ranges: Ranges) -> bool:
         seen = {name: ranges[own] for name, own in _SEEN.items() if own in ranges}
@@ -44,5 +38,5 @@ def along_normal(effect: Effect, starts: Callable[[Scales], Sequence[Values]]) -
         stiffness=lambda values: 0.0,
         damping=lambda values: 0.0,
         engages=engages,
-        starts=starts,
+        starts=lambda scales: effect.starts(scales.normal or scales),
     )

@@ -11,4 +11,4 @@ Easily confused with:
 from mmt_drake.effects.along_normal import along_normal
 from mmt_drake.effects.hardening_relaxation import EFFECT as ALONG
 
-EFFECT = along_normal(ALONG, lambda scales: ALONG.starts(scales.normal or scales))
+EFFECT = along_normal(ALONG)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation import thesis
 from mmt_drake.estimation.options import RlsOptions
-from mmt_drake.estimation.trace import EstimatorTrace
+from mmt_drake.estimation.trace import EstimatorTrace, samples_of
 from mmt_drake.numeric.arrays import Array, assign
 
 
@@ -47,11 +47,7 @@ def estimate(measurement: ArrayLike, in_contact: ArrayLike, options: RlsOptions 
         BadInput: other shapes, or a value that is not finite.
     """
     options = RlsOptions() if options is None else options
-    data = np.ascontiguousarray(measurement, dtype=float)
-    contact = np.ascontiguousarray(in_contact, dtype=float)
-    if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
-        found = f"shapes {data.shape} and {contact.shape}"
-        raise BadInput("measurement, in_contact", found=found, expected="(n, 9) and (n,)")
+    data, contact = samples_of(measurement, in_contact)
     out = np.empty((len(data), thesis.READOUT_SIZE))
     readout = thesis.initial_readout(options)
     bad = _run(data, contact, out, readout, thesis.settings(options))

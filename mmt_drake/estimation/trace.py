@@ -2,6 +2,10 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 
 
@@ -22,3 +26,17 @@ class EstimatorTrace:
     estimated_force: Array
     filtered_force: Array
     held_body: Array | None = None
+
+
+def samples_of(measurement: ArrayLike, in_contact: ArrayLike) -> tuple[Array, Array]:
+    """What every estimator reads: measurements (n, 9) and contact (n,).
+
+    Raises:
+        BadInput: other shapes.
+    """
+    data = np.ascontiguousarray(measurement, dtype=float)
+    contact = np.ascontiguousarray(in_contact, dtype=float)
+    if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
+        found = f"shapes {data.shape} and {contact.shape}"
+        raise BadInput("measurement, in_contact", found=found, expected="(n, 9) and (n,)")
+    return data, contact

@@ -1,6 +1,5 @@
 """One look at a contact: what the diagnosis names there, and what of that may be felt."""
 
-import pickle
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import astuple, dataclass, replace
@@ -160,14 +159,3 @@ def _numbers(outcome: Outcome, static: Mapping[str, float] | None) -> tuple[floa
     Fc, Fs, v_d = (own.Fc, own.Fc, 0.0) if static is None else (static["Fd"], static["Fs"], static["v_d"])
     theta = (own.m, own.k1, own.k2, own.b1, own.b2, Fc, normal.k, normal.b, Fs, v_d)
     return tuple(map(float, theta))
-
-
-def packed(answer: LookResult | None) -> bytes:
-    """An answer for the line to another process; None: the look failed."""
-    return pickle.dumps(answer)
-
-
-def unpacked(told: bytes) -> LookResult | None:
-    """What `packed` has made; None too where there is nothing: the process has ended."""
-    answer: LookResult | None = pickle.loads(told) if told else None
-    return answer

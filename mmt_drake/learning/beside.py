@@ -16,7 +16,7 @@ from mmt_drake.closing import Closing
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.library import own_files, register_file
-from mmt_drake.learning.answer import LookResult, look, packed, unpacked
+from mmt_drake.learning.answer import LookResult, look
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.own_process import OwnProcess, served
 
@@ -100,7 +100,8 @@ class Looks(Closing):
         return self._answers.get(question)
 
     def _take(self) -> None:
-        self._answers[self._waiting.popleft()] = unpacked(self._own.answer())
+        told = self._own.answer()  # nothing where the process has ended
+        self._answers[self._waiting.popleft()] = pickle.loads(told) if told else None
 
 
 def _answered(pieces: Sequence[Array], sample: float, theta: Array, begun: float) -> LookResult | None:
@@ -117,4 +118,4 @@ def _begin(files: list[Path]) -> Callable[[bytes], bytes]:
     os.nice(_GIVES_WAY)
     for file in files:
         register_file(file)
-    return lambda asked: packed(_answered(*pickle.loads(asked)))
+    return lambda asked: pickle.dumps(_answered(*pickle.loads(asked)))

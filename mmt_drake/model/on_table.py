@@ -23,7 +23,6 @@ from numba import njit
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model import grasped_box
 from mmt_drake.model.body import AXIS_SIZE, POSITION, VELOCITY
-from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.parameters import M
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
@@ -192,14 +191,3 @@ def _collide(states: Array, rows: Array, p: Array, i: int, j: int, h: float, k: 
     push[i, 1] -= force * y
     push[j, 0] += force * x
     push[j, 1] += force * y
-
-
-@njit(cache=True, error_model="numpy")
-def energy_on_table(states: Array, rows: Array, p: Array, k: float) -> float:
-    """What all objects and their collisions hold in store [J]."""
-    energy = 0.0
-    for i in range(len(states)):
-        energy += stored_energy(states[i], p[i])
-        for j in range(i):
-            energy += 0.5 * k * max(overlap(states, rows, i, j)[0], 0.0) ** 2
-    return energy

@@ -194,19 +194,16 @@ class BackSolution:
     others: tuple[Root, ...]
 
 
-def back_solve(
-    regrouped: ArrayLike, *, equations: str = "all", normal_k: float | None = None, weight: ArrayLike | None = None
-) -> BackSolution:
+def back_solve(regrouped: ArrayLike, *, equations: str = "all", normal_k: float | None = None) -> BackSolution:
     """Solve the thesis's eq. 30 for the box's parameters.
 
     Args:
         regrouped: a ... g (7), units as `regroup`.
         equations: entry of `EQUATIONS`: all of them by least squares, or one of a ... f left out.
         normal_k: stiffness along the normal [N/m]; without it the root with the least misfit is taken.
-        weight: W of the least squares (6x6, symmetric, positive definite); only with `equations="all"`.
 
     Raises:
-        BadInput: not 7 finite numbers, an unknown `equations`, a weight of another shape or where none is used.
+        BadInput: not 7 finite numbers, an unknown `equations`.
         NoPhysicalSolution: nothing physical has these a ... g.
     """
     t = np.asarray(regrouped, dtype=float)
@@ -216,13 +213,7 @@ def back_solve(
         raise BadInput("equations of eq. 30", found=equations, expected=f"one of {', '.join(EQUATIONS)}")
     left_out = EQUATIONS.index(equations)
     W = np.zeros((6, 6))
-    if weight is None:
-        band_weight(t, left_out, W)
-    else:
-        W = np.array(weight, dtype=float)
-        if W.shape != (6, 6) or not np.all(np.isfinite(W)) or left_out:
-            found = f"{W.shape} with equations={equations}"
-            raise BadInput("weight", found=found, expected="(6, 6), finite, with 'all'")
+    band_weight(t, left_out, W)
     if normal_k is not None and not np.isfinite(normal_k):
         raise BadInput("normal_k", found=normal_k, expected="a finite stiffness in N/m, or None")
     roots, scratch = np.zeros((MAX_ROOTS, ROOT_SIZE)), np.zeros(SCRATCH_SIZE)

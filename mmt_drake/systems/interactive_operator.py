@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from pydrake.systems.framework import Context, DiscreteValues
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import check_number
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
 from mmt_drake.viewer.viewer import Viewer
@@ -69,8 +69,7 @@ class InteractiveOperator(KernelSystem):
     def __init__(self, viewer: Viewer, *, period: float = 0.001, bandwidth: float = 2.0, greatest_speed: float = 0.5):
         super().__init__()
         for name, value in (("period", period), ("bandwidth", bandwidth), ("greatest_speed", greatest_speed)):
-            if not 0.0 < value < math.inf:
-                raise BadInput("interactive operator", at=name, found=value, expected="> 0")
+            check_number("interactive operator", name, value, least=0.0, open_interval=True)
         self._viewer, self._period, self._omega = viewer, period, 2.0 * math.pi * bandwidth
         self._greatest_speed = greatest_speed
         for name, least, greatest, first in SLIDERS:

@@ -91,17 +91,14 @@ class LocalFrame(KernelSystem):
         self._told = ("raw_measurement", "facet")
         self.declare_memory(np.zeros(_SIZE), period)
         self.declare_computed("measurement", 9, self._local, self._told)
-        self.declare_computed("estimated", 3, self._estimated, ("facet", "estimated_force"))
-        self.declare_computed("filtered", 3, self._filtered, ("facet", "filtered_force"))
+        self.declare_computed("estimated", 3, self._in_table, ("facet", "estimated_force"))
+        self.declare_computed("filtered", 3, self._in_table, ("facet", "filtered_force"))
         self.compile_kernels()
 
     def _local(self, t: float, memory: Array, out: Array, measurement: Array, facet: Array) -> None:
         to_local(memory, measurement, facet, out, np.empty(_SIZE))
 
-    def _estimated(self, t: float, memory: Array, out: Array, facet: Array, force: Array | None) -> None:
-        _to_table(memory, facet, np.zeros(3) if force is None else force, out)
-
-    def _filtered(self, t: float, memory: Array, out: Array, facet: Array, force: Array | None) -> None:
+    def _in_table(self, t: float, memory: Array, out: Array, facet: Array, force: Array | None) -> None:
         _to_table(memory, facet, np.zeros(3) if force is None else force, out)
 
     def _step(self, t: float, memory: Array, measurement: Array, facet: Array, *forces: Array | None) -> None:

@@ -1,14 +1,14 @@
-"""The operator's hand following a motion in closed form."""
+"""The operator's hand following a motion."""
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context
 
-from mmt_drake.motion.analytic import AnalyticMotion, motion_at
+from mmt_drake.motion.analytic import Motion
 from mmt_drake.systems.leaf import LeafSystem
 
 
 class ScriptedOperator(LeafSystem):
-    """A hand that follows a scripted motion whatever it feels.
+    """A hand that follows a motion, in closed form or recorded, whatever it feels.
 
     .. pydrake_system::
 
@@ -19,14 +19,14 @@ class ScriptedOperator(LeafSystem):
     - `motion` (6): position [m] and velocity [m/s] of the hand, table frame, a function of the Context's time.
 
     Args:
-        motion: what the hand does, for instance `scripted_motion("strokes")`.
+        motion: what the hand does, for instance `scripted_motion("strokes")`, or a `SampledMotion`.
     """
 
-    def __init__(self, motion: AnalyticMotion):
+    def __init__(self, motion: Motion):
         super().__init__()
-        self._table = motion.table
+        self._table, self._sample_into = motion.table, type(motion).sample_into
         self.DeclareVectorOutputPort("motion", 6, self._motion, {self.time_ticket()})
-        motion_at(0.0, motion.table, np.empty(6))  # compiles before the clock starts
+        motion.at(0.0)  # compiles before the clock starts
 
     def _motion(self, context: Context, output: BasicVector) -> None:
-        motion_at(context.get_time(), self._table, output.get_mutable_value())
+        self._sample_into(np.array([context.get_time()]), self._table, output.get_mutable_value()[np.newaxis])

@@ -6,7 +6,6 @@ from pydrake.systems.framework import Context, State
 
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import check_number
-from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.random import fill_normal
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -51,14 +50,10 @@ class SurfaceSystem(KernelSystem):
         now = self._readout.Eval(context)
         x, y = self._moves * now[BODY : BODY + 2]
         t = context.get_time()
-        cloud = self._surface.moved((x, y, self._height(now)), t)
+        cloud = self._surface.moved((x, y, 0.0), t)
         if self._cloud_noise > 0.0:
             disturbance = np.empty((len(cloud), 3))
             fill_normal(self._cloud_seed, int(now[self._count_at]), disturbance.ravel())
             noisy = cloud.points() + self._cloud_noise * disturbance
             cloud = Cloud(noisy, stamp=t, normals=cloud.normals)
         state.get_mutable_abstract_state(0).set_value(cloud)
-
-    def _height(self, readout: Array) -> float:
-        """How high the body is off the table [m]."""
-        return 0.0

@@ -17,6 +17,7 @@ _CONTACT, _THING, _CLEARANCE, _FACET, _HEIGHT, _MEMORY = map(Layout(), (*PORT_SI
 # The memory: which is held, height of its top, the tip's height at the last tick, whether it has begun, the last facet,
 # the object's height, which is in the grip.
 _HELD, _TOP, _LAST, _BEGUN, _PLANE, _TALL, _KEPT, _SIZE = map(Layout(), (1, 1, 1, 1, FACET_SIZE, 1, 1, 0))
+_MARGIN = 0.008  # by which a top may reach beyond what is seen of it [m]
 
 
 @njit(cache=True)
@@ -117,12 +118,11 @@ class TouchedObject(KernelSystem):
     Args:
         period: of the ticks [s].
         lost: value of `has` where the grip has lost what it had; None: there is no grip.
-        margin: by which a top may reach beyond what is seen of it [m].
     """
 
-    def __init__(self, *, period: float = 1e-3, lost: float | None = None, margin: float = 0.008) -> None:
+    def __init__(self, *, period: float = 1e-3, lost: float | None = None) -> None:
         super().__init__()
-        self._margin, self._lost = margin, 0.0 if lost is None else lost
+        self._lost = 0.0 if lost is None else lost
         there = 0 if lost is None else 1
         self.declare_inputs("position", "scene", grip=there, has=there)
         self.declare_readout(PORT_SIZES, np.zeros(_SIZE), period)
@@ -131,4 +131,4 @@ class TouchedObject(KernelSystem):
     def _compute(self, t: float, memory: Array, out: Array, position: Array, scene: Array, *gripped: Array) -> None:
         grip, has = gripped
         closed, told = (0.0, 0.0) if grip is None else (grip[0], has[0])
-        _read(memory, position, scene, closed, told, self._lost, self._margin, out)
+        _read(memory, position, scene, closed, told, self._lost, _MARGIN, out)

@@ -10,7 +10,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import SpatialInertia, UnitInertia
+from pydrake.multibody.tree import MultibodyForces, SpatialInertia, UnitInertia
 
 from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.joint_log import JointLog
@@ -100,12 +100,7 @@ def with_point(plant: Any, link_name: str, m: float, c: tuple[float, float, floa
 
 def inverse_dynamics(plant: Any, moves: Moves) -> np.ndarray:
     """Torques that a finalized plant asks for (n, velocities); its velocities are those of `moves` in their order."""
-    context = plant.CreateDefaultContext()
-    forces = plant.MakeMultibodyForces(plant) if hasattr(plant, "MakeMultibodyForces") else None
-    if forces is None:
-        from pydrake.multibody.tree import MultibodyForces
-
-        forces = MultibodyForces(plant)
+    context, forces = plant.CreateDefaultContext(), MultibodyForces(plant)
     found = []
     for q, v, a in zip(moves.q, moves.v, moves.a, strict=True):
         plant.SetPositions(context, q)

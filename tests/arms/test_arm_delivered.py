@@ -173,15 +173,20 @@ def test_what_is_held_counts_once_where_links_have_other_numbers(tmp_path: Path)
     np.testing.assert_allclose(after(told, 0.4, [0.1, -0.4, 0.5], [0.3, 0.0, 0.0]), first, atol=1e-4)
 
 
-@pytest.mark.parametrize("text", [small_arm.URDF, WITH_HAND], ids=["bare", "with a hand welded on"])
+@pytest.mark.parametrize(
+    "text",
+    [small_arm.URDF, WITH_HAND, WITH_HAND.replace("fixed", "revolute")],
+    ids=["bare", "with a hand welded on", "with a hand on a joint that was not recorded"],
+)
 def test_the_robot_s_file_that_is_written_has_the_links_numbers(text: str, tmp_path: Path) -> None:
     (tmp_path / "robot.urdf").write_text(text)
-    believed = ArmModel(tmp_path / "robot.urdf")
+    believed = ArmModel(tmp_path / "robot.urdf", joints=small_arm.JOINTS)
     arm = ArmPlant.of(believed)
     numbers = arm.inertias() * np.array([1.1, *[1.08] * 3, *[1.12] * 6])
     links = {name: tuple(map(float, row)) for name, row in zip(arm.links, numbers, strict=True)}
     written = write_urdf(believed.with_found((), links), tmp_path / "out.urdf")
-    np.testing.assert_allclose(ArmPlant.of(ArmModel(written)).inertias(), numbers, rtol=1e-6, atol=1e-8)
+    found = ArmPlant.of(replace(believed, robot=written)).inertias()
+    np.testing.assert_allclose(found, numbers, rtol=1e-6, atol=1e-8)
 
 
 def test_a_link_that_is_not_told_keeps_the_file_s_numbers(tmp_path: Path) -> None:

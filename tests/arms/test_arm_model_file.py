@@ -117,11 +117,13 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "a factor of 0": ({"torque": {"factor": [1.0, 0.0, 1.0]}}, "torque.factor: found 0"),
     "a factor that is text": ({"torque": {"factor": ["one"]}}, "torque.factor[0]: found 'one'"),
     "an unknown key of torque": ({"torque": {"gain": 1.0}}, "gain"),
-    "gravity of two numbers": ({"gravity": [0.0, -9.81]}, "gravity: found 2 numbers, expected 3"),
+    "gravity of two numbers": ({"gravity": [0.0, -9.81]}, "gravity: found [0.0, -9.81], expected a list of 3"),
     "a band of nothing": ({"band_hz": 0.0}, "band_hz: found 0.0, expected a number of 0.1 or more"),
     "what is held, without a mass": ({"held": [{"link": "fore"}]}, "held[0].m: found None"),
+    "what is held, lighter than nothing": ({"held": [{"link": "fore", "m": -1.0}]}, "held[0].m: found -1.0"),
     "held by no link": ({"held": [{"link": "claw", "m": 1.0}]}, "held[0].link: found claw"),
     "a link that is none": ({"links": {"claw": TEN}}, "links.claw: found claw, expected one of post, upper, fore"),
+    "one number of a link": ({"links": {"fore": {"m": 1.0}}}, "links.fore: found m, expected m, mcx"),
     "nine numbers of a link": ({"links": {"fore": {**TEN, "Izz": None}}}, "links.fore.Izz: found None"),
     "an unknown effect": ({"effects": [{"name": "magic"}]}, "effects[0].name: found 'magic', expected one of"),
     "an effect without its joint": (
@@ -140,6 +142,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "a number that an effect has not": (
         {"effects": [{**COULOMB, "parameters": {"Fs": 1.0}}]},
         "effects[0].parameters: found Fs, expected Fc",
+    ),
+    "an effect without its number": (
+        {"effects": [{**COULOMB, "parameters": {}}]},
+        "effects[0].parameters: found none, expected Fc",
     ),
     "a number that is none": ({"effects": [{**COULOMB, "parameters": {"Fc": "much"}}]}, "parameters.Fc: found 'much'"),
     "a coupling with no joint": (

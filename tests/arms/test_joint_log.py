@@ -98,6 +98,7 @@ def check(log: Any) -> None:
     [
         ("time", "q_{}", "tau_{}"),
         ("t", "q[{}]", "tau[{}]"),
+        ("t_s", "q.{}", "tau.{}"),
         ("timestamp", "actual_q_{}", "actual_current_{}"),
         ("time", "q{}", "tau_J{}"),
     ],

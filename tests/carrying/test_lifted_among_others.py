@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import VectorLogSink
+from driven import driven
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
@@ -37,19 +35,8 @@ NAMES = ("force", "held", "touched", "places", "measurement")
 
 def carried(things, seconds=6.1, grip=8.0, **options):
     """What `OVER` makes of objects, the first of which is gripped from 0.8 to 5.4 s."""
-    builder = DiagramBuilder()
-    system = builder.AddSystem(ObjectsOnTable(things, **options))
-    hand, script = builder.AddSystem(ScriptedOperator(OVER)), builder.AddSystem(GripScript(0.8, 5.4, grip, 7.5))
-    builder.Connect(hand.GetOutputPort("motion"), system.GetInputPort("motion"))
-    builder.Connect(script.GetOutputPort("grip"), system.GetInputPort("grip"))
-    logs = {}
-    for name in NAMES:
-        port = system.GetOutputPort(name)
-        logs[name] = builder.AddSystem(VectorLogSink(port.size(), 1e-3))
-        builder.Connect(port, logs[name].get_input_port())
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(seconds)
-    return {name: log.FindLog(simulator.get_context()).data().T.copy() for name, log in logs.items()}
+    inputs = {"motion": ScriptedOperator(OVER), "grip": GripScript(0.8, 5.4, grip, 7.5)}
+    return driven(ObjectsOnTable(things, **options), NAMES, seconds, **inputs)[0]
 
 
 def thing(x=0.0, top=0.0, hang=None, model=MODEL):

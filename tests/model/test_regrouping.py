@@ -192,6 +192,7 @@ def perturbed(p: tuple[float, ...], percent: float, rng: np.random.Generator) ->
 def test_all_six_equations_are_solved_at_the_least_squares_optimum(information: bool) -> None:
     rng = np.random.default_rng(6)
     scale = np.array([1.0, 500.0, 500.0, 60.0, 60.0])
+    roots, scratch = np.zeros((MAX_ROOTS, ROOT_SIZE)), np.zeros(SCRATCH_SIZE)
     for p in objects(12, seed=7):
         t = perturbed(p, 1.0, rng)
         weight = np.zeros((6, 6))
@@ -199,13 +200,13 @@ def test_all_six_equations_are_solved_at_the_least_squares_optimum(information: 
         if information:
             mix = np.sqrt(weight) @ (np.eye(6) + 0.3 * rng.standard_normal((6, 6)))
             weight = mix @ mix.T
-        found = back_solve(t, normal_k=p[2], weight=weight if information else None).chosen
+        _, chosen, _ = back_solve_core(t, 0, weight, p[2], roots, scratch)
         root = np.linalg.cholesky(weight).T
 
         def misfit(q: np.ndarray, t: np.ndarray = t, root: np.ndarray = root) -> np.ndarray:
             return root @ (np.array(regroup(*(q * scale), 0.0)) - t)[:6]
 
-        start = as_array(found)[:5] / scale
+        start = roots[chosen, :5] / scale
         best = least_squares(misfit, start * 1.02, xtol=1e-15, ftol=1e-15, gtol=1e-15)
         assert (misfit(start) ** 2).sum() <= 2.0 * best.cost * (1 + 1e-6) + 1e-20
         np.testing.assert_allclose(start, best.x, rtol=2e-4)
@@ -318,8 +319,6 @@ def test_a_solve_allocates_nothing() -> None:
         ({"regrouped": [1.0] * 6}, "7 finite numbers"),
         ({"regrouped": [1.0] * 6 + [np.inf]}, "7 finite numbers"),
         ({"equations": "without_g"}, "one of all, without_a"),
-        ({"weight": np.eye(5)}, "6, 6"),
-        ({"weight": np.eye(6), "equations": "without_d"}, "with 'all'"),
         ({"normal_k": np.nan}, "stiffness in N/m"),
     ],
 )

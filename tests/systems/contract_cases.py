@@ -29,6 +29,7 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model.structure import Friction
 from mmt_drake.model.surface_contact import SurfaceContact
+from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.network.config import ChannelConfig
 from mmt_drake.rendering import impedance
@@ -61,7 +62,6 @@ from mmt_drake.systems.passivity_controlled_force import PassivityControlledForc
 from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMotion
 from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.proxy_spring import ProxySpringRenderer
-from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.systems.rls_estimator import RlsEstimator
 from mmt_drake.systems.scene_tracker import SceneTracker
@@ -198,10 +198,10 @@ def interactive_operator() -> InteractiveOperator:
     return operator
 
 
-def recorded_operator() -> RecordedOperator:
+def recorded_operator() -> ScriptedOperator:
     time = np.linspace(0.0, 0.35, 50)
     samples = np.array([contract.motion(t) for t in time])
-    return RecordedOperator(time, samples[:, :3], samples[:, 3:])
+    return ScriptedOperator(SampledMotion(time, samples[:, :3], samples[:, 3:]))
 
 
 # A status that tells of what is not finite does not follow what is.
@@ -234,7 +234,7 @@ STILL_ON_THE_TABLE = frozenset({"deviation", "status"})  # nothing is carried fo
 
 CASES: dict[str, Case] = {
     "InteractiveOperator": Case(lambda folder: interactive_operator()),
-    "RecordedOperator": Case(lambda folder: recorded_operator()),
+    "ScriptedOperator-recorded": Case(lambda folder: recorded_operator()),
     "ScriptedOperator": Case(lambda folder: ScriptedOperator(scripted_motion("strokes"))),
     "FlexibleBox": Case(lambda folder: flexible_box()),
     "FlexibleBox-told-contact": Case(

@@ -97,7 +97,7 @@ def test_every_input_is_read(name: str, tmp_path: Path, monkeypatch: pytest.Monk
     assert set(contract.inputs(system)) <= read
 
 
-OPERATORS = ["ScriptedOperator", "RecordedOperator", "InteractiveOperator"]
+OPERATORS = ["ScriptedOperator", "InteractiveOperator"]
 RENDERERS = [
     "ImpedanceRenderer",
     "FusedRenderer",

@@ -2,20 +2,19 @@
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+from driven import STEP, driven
+from pydrake.systems.primitives import ConstantVectorSource
 
 from mmt_drake.cloud import plane
 from mmt_drake.errors import BadInput
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model.structure import Friction
+from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.systems.flexible_box import FlexibleBox, SensorNoise
-from mmt_drake.systems.recorded_operator import RecordedOperator
+from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.systems.surface_system import PORT_SIZES
 
-STEP = 1e-3
 MODEL = FlexibleBoxModel(BoxParameters(k1=30), friction=Friction(0.3, 0.2, 0.002))
 
 
@@ -27,16 +26,9 @@ def hand(n=3000):
 
 
 def run(system, time, position, velocity, *, end=None):
-    """Every vector output at every tick, by name."""
-    builder = DiagramBuilder()
-    operator = builder.AddSystem(RecordedOperator(time, position, velocity))
-    builder.AddSystem(system)
-    builder.Connect(operator.GetOutputPort("motion"), system.GetInputPort("motion"))
-    logs = {name: LogVectorOutput(system.GetOutputPort(name), builder, STEP) for name in PORT_SIZES}
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(time[-1] if end is None else end)
-    context = simulator.get_context()
-    return {name: log.FindLog(context).data().T for name, log in logs.items()}, simulator
+    """Every vector output at every tick, by name, and the context in the end."""
+    motion = ScriptedOperator(SampledMotion(time, position, velocity))
+    return driven(system, PORT_SIZES, time[-1] if end is None else end, motion=motion)
 
 
 def test_outputs_of_one_tick_belong_to_the_input_of_that_tick():
@@ -55,20 +47,13 @@ def test_outputs_of_one_tick_belong_to_the_input_of_that_tick():
 def test_between_updates_the_output_is_integrated_up_to_now():
     time, position, velocity = hand()
     system = FlexibleBox(MODEL)
-    _, simulator = run(system, time, position, velocity, end=1.2345)
-    context = system.GetMyContextFromRoot(simulator.get_context())
+    _, context = run(system, time, position, velocity, end=1.2345)
     force = system.GetOutputPort("force").Eval(context)
     fine = np.append(time[:1235], 1.2345)
-    operator = RecordedOperator(time, position, velocity)
-    port, motion = operator.GetOutputPort("motion"), []
-    own = operator.CreateDefaultContext()
-    for t in fine:
-        own.SetTime(t)
-        motion.append(port.Eval(own))
-    motion = np.array(motion)
+    there, moving = SampledMotion(time, position, velocity).sample(fine)
     expected, body = np.empty((len(fine), 3)), np.empty((len(fine), 4))
     contact = np.full(len(fine), box.CONTACT_BY_GEOMETRY)
-    box.replay(fine, motion[:, :3].copy(), motion[:, 3:].copy(), contact, MODEL.kernel_vector(), expected, body)
+    box.replay(fine, there.copy(), moving.copy(), contact, MODEL.kernel_vector(), expected, body)
     np.testing.assert_allclose(force, expected[-1], atol=1e-9)
 
 
@@ -98,8 +83,8 @@ def test_the_cloud_moves_with_the_body_at_its_own_rate():
     time, position, velocity = hand()
     surface = plane(400, (0.2, 0.2))
     system = FlexibleBox(MODEL, surface=surface, cloud_period=0.1)
-    out, simulator = run(system, time, position, velocity, end=1.25)
-    cloud = system.GetOutputPort("point_cloud").Eval(system.GetMyContextFromRoot(simulator.get_context()))
+    out, context = run(system, time, position, velocity, end=1.25)
+    cloud = system.GetOutputPort("point_cloud").Eval(context)
     assert cloud.stamp == pytest.approx(1.2)
     np.testing.assert_allclose(cloud.points() - surface.points(), [[*out["body"][1200, :2], 0.0]] * 400, atol=1e-15)
     assert np.abs(out["body"][1200, :2]).min() > 1e-4
@@ -111,23 +96,17 @@ def test_cloud_noise_is_fresh_in_every_cloud_and_has_the_stated_deviation():
     clouds = []
     for end in (0.05, 0.15):
         system = FlexibleBox(MODEL, surface=surface, cloud_period=0.1, cloud_noise=1e-3)
-        _, simulator = run(system, time, position, velocity, end=end)
-        clouds.append(system.GetOutputPort("point_cloud").Eval(system.GetMyContextFromRoot(simulator.get_context())))
+        _, context = run(system, time, position, velocity, end=end)
+        clouds.append(system.GetOutputPort("point_cloud").Eval(context))
     errors = [cloud.points()[:, 2] for cloud in clouds]
     np.testing.assert_allclose([error.std() for error in errors], 1e-3, rtol=0.06)
     assert abs(np.corrcoef(errors)[0, 1]) < 0.1
 
 
 def test_told_contact_overrules_geometry():
-    builder = DiagramBuilder()
-    system = builder.AddSystem(FlexibleBox(MODEL, told_contact=True))
-    motion = builder.AddSystem(ConstantVectorSource([0, 0, -0.01, 0, 0, 0]))
-    told = builder.AddSystem(ConstantVectorSource([0.0]))
-    builder.Connect(motion.get_output_port(), system.GetInputPort("motion"))
-    builder.Connect(told.get_output_port(), system.GetInputPort("contact"))
-    diagram = builder.Build()
-    context = system.GetMyContextFromRoot(diagram.CreateDefaultContext())
-    np.testing.assert_array_equal(system.GetOutputPort("force").Eval(context), np.zeros(3))
+    pressed, apart = ConstantVectorSource([0, 0, -0.01, 0, 0, 0]), ConstantVectorSource([0.0])
+    out, _ = driven(FlexibleBox(MODEL, told_contact=True), ["force"], 0.0, motion=pressed, contact=apart)
+    np.testing.assert_array_equal(out["force"], np.zeros((1, 3)))
 
 
 @pytest.mark.parametrize(

@@ -4,20 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
+from driven import STEP, driven
+from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 from scipy.integrate import solve_ivp
 
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.rendering.updates import EnergyPermitting
 from mmt_drake.systems.flexible_box import FlexibleBox
 from mmt_drake.systems.impedance_reflection import ImpedanceRenderer
-from mmt_drake.systems.recorded_operator import RecordedOperator
+from mmt_drake.systems.scripted_operator import ScriptedOperator
 
-STEP = 1e-3
 MODEL = FlexibleBoxModel(BoxParameters(Fc=0.4))
 TIME = np.arange(4001) * STEP
 
@@ -37,24 +36,17 @@ def held(values):
     return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(TIME, values))
 
 
-def render(position, velocity, theta, stable, contact, *, plant=None, model_status=None, **settings):
-    """Rendered force (n, 3), and the plant's beside it, at every tick."""
-    builder = DiagramBuilder()
-    renderer = builder.AddSystem(ImpedanceRenderer(**settings))
-    hand = builder.AddSystem(RecordedOperator(TIME, position, velocity))
-    builder.Connect(hand.GetOutputPort("motion"), renderer.GetInputPort("motion"))
+def render(position, velocity, theta, stable, contact, *, model_status=None, **settings):
+    """Rendered force (n, 3) at every tick."""
     told = {"theta": theta, "stable": stable, "in_contact": contact}
-    for name, values in (told | ({} if model_status is None else {"model_status": model_status})).items():
-        source = builder.AddSystem(held(values))
-        builder.Connect(source.get_output_port(), renderer.GetInputPort(name))
-    logs = [LogVectorOutput(renderer.GetOutputPort("force"), builder, STEP)]
-    if plant is not None:
-        builder.AddSystem(plant)
-        builder.Connect(hand.GetOutputPort("motion"), plant.GetInputPort("motion"))
-        logs.append(LogVectorOutput(plant.GetOutputPort("force"), builder, STEP))
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(TIME[-1])
-    return [log.FindLog(simulator.get_context()).data().T for log in logs]
+    told |= {} if model_status is None else {"model_status": model_status}
+    sources = {name: held(values) for name, values in told.items()}
+    return force_of(ImpedanceRenderer(**settings), position, velocity, **sources)
+
+
+def force_of(system, position, velocity, **sources):
+    motion = ScriptedOperator(SampledMotion(TIME, position, velocity))
+    return driven(system, ["force"], TIME[-1], motion=motion, **sources)[0]["force"]
 
 
 def constant(value):
@@ -64,8 +56,9 @@ def constant(value):
 @pytest.mark.parametrize("in_plane", ["per_axis", "vector"])
 def test_with_the_plants_own_parameters_and_contact_it_renders_the_plants_force(in_plane):
     position, velocity = PRESSED
-    plant, always = FlexibleBox(replace(MODEL, in_plane=in_plane)), (constant(1), constant(1))
-    force, expected = render(position, velocity, constant(MODEL.theta()), *always, plant=plant, in_plane=in_plane)
+    plant = FlexibleBox(replace(MODEL, in_plane=in_plane))
+    force = render(position, velocity, constant(MODEL.theta()), constant(1), constant(1), in_plane=in_plane)
+    expected = force_of(plant, position, velocity)
     assert expected[:, 0].std() > 1
     np.testing.assert_allclose(force, expected, atol=1e-10)
 
@@ -74,7 +67,7 @@ def test_the_force_belongs_to_the_motion_of_the_same_tick():
     # A pure damper along z answers a velocity at once.
     position, velocity = motion(lambda t: -0.004 + 0.002 * np.sin(12 * t))
     theta = constant([1, 0, 1, 0, 0, 0, 0, 30, 0, 0])
-    (force,) = render(position, velocity, theta, constant(1), constant(1))
+    force = render(position, velocity, theta, constant(1), constant(1))
     np.testing.assert_allclose(force[:, 2], -30 * velocity[:, 2], atol=1e-12)
 
 
@@ -84,7 +77,7 @@ def test_nothing_is_rendered_before_the_first_stable_theta():
     theta[:500] = np.nan
     stable = constant(1.0)
     stable[:1500] = 0
-    (force,) = render(position, velocity, theta, stable, constant(1))
+    force = render(position, velocity, theta, stable, constant(1))
     assert np.all(force[:1500] == 0)
     assert np.all(force[1510:, 2] == pytest.approx(2.0))
 
@@ -92,20 +85,20 @@ def test_nothing_is_rendered_before_the_first_stable_theta():
 def test_an_unstable_or_unknown_theta_is_passed_over_and_the_last_good_one_kept():
     position, velocity = PRESSED
     theta = constant(MODEL.theta())
-    expected = render(position, velocity, theta, constant(1), constant(1))[0]
+    expected = render(position, velocity, theta, constant(1), constant(1))
     spoilt, stable = theta.copy(), constant(1.0)
     spoilt[1000:2000] = [-1, 5, -400, 1, 1, 0, 100, 1, 0, 0]
     stable[1000:2000] = 0
     spoilt[2000:] = np.nan
-    np.testing.assert_array_equal(render(position, velocity, spoilt, stable, constant(1))[0], expected)
+    np.testing.assert_array_equal(render(position, velocity, spoilt, stable, constant(1)), expected)
 
 
 def test_new_parameters_act_at_once_and_the_bodys_motion_carries_over():
     position, velocity = PRESSED
     theta = constant(MODEL.theta())
     theta[2000:, 6] = 700
-    (force,) = render(position, velocity, theta, constant(1), constant(1))
-    (before,) = render(position, velocity, constant(MODEL.theta()), constant(1), constant(1))
+    force = render(position, velocity, theta, constant(1), constant(1))
+    before = render(position, velocity, constant(MODEL.theta()), constant(1), constant(1))
     np.testing.assert_array_equal(force[:, :2], before[:, :2])
     np.testing.assert_allclose(force[1999:2001, 2], [2.0, 2.8])
 
@@ -114,7 +107,7 @@ def test_off_contact_the_force_is_zero_and_the_next_touch_is_unstretched():
     position, velocity = PRESSED
     contact = constant(1.0)
     contact[1000:2000] = 0
-    (force,) = render(position, velocity, constant(MODEL.theta()), constant(1), contact)
+    force = render(position, velocity, constant(MODEL.theta()), constant(1), contact)
     assert np.all(force[1000:2000] == 0)
     # The spring is unstretched; the damper feels the difference of two bounded velocities.
     assert np.abs(force[2000, :2]).max() <= 60 * 0.5
@@ -124,7 +117,7 @@ def test_off_contact_the_force_is_zero_and_the_next_touch_is_unstretched():
 def test_more_substeps_change_a_smooth_force_by_less_than_a_millionth():
     position, velocity = PRESSED
     theta = constant(FlexibleBoxModel().theta())
-    one, eight = (render(position, velocity, theta, constant(1), constant(1), substeps=n)[0] for n in (1, 8))
+    one, eight = (render(position, velocity, theta, constant(1), constant(1), substeps=n) for n in (1, 8))
     difference = np.sqrt(np.mean((one - eight) ** 2))
     assert 0 < difference < 1e-6 * np.sqrt(np.mean(eight**2))
 
@@ -133,9 +126,7 @@ def test_a_probe_that_is_placed_damps_like_one_that_stands_still():
     # The contact damper then acts between the body and the world; what is left of it on the probe is b2 v_m.
     p = BoxParameters(k1=30.0, b2=40.0)
     position, velocity = PRESSED
-    (force,) = render(
-        position, velocity, constant(FlexibleBoxModel(p).theta()), constant(1), constant(1), probe="placed"
-    )
+    force = render(position, velocity, constant(FlexibleBoxModel(p).theta()), constant(1), constant(1), probe="placed")
 
     def rate(t, state):
         x, v = state
@@ -158,10 +149,10 @@ def test_a_theta_too_stiff_to_integrate_is_passed_over():
     # An early estimate can be admissible and still have a mass of 1e-7 kg.
     position, velocity = PRESSED
     theta = constant(MODEL.theta())
-    expected = render(position, velocity, theta, constant(1), constant(1))[0]
+    expected = render(position, velocity, theta, constant(1), constant(1))
     stiff = theta.copy()
     stiff[1000:2000, 0] = 1e-7
-    np.testing.assert_array_equal(render(position, velocity, stiff, constant(1), constant(1))[0], expected)
+    np.testing.assert_array_equal(render(position, velocity, stiff, constant(1), constant(1)), expected)
 
 
 def test_numbers_that_the_estimator_is_not_sure_of_change_the_force_more_slowly():
@@ -172,7 +163,7 @@ def test_numbers_that_the_estimator_is_not_sure_of_change_the_force_more_slowly(
     status[(TIME >= 1.1) & (TIME < 1.3)] = 3
     policy = EnergyPermitting(rate=4.0, unsure_rate=1.0)
     contact = position[:, 2] < 0.0
-    (force,) = render(position, velocity, theta, constant(1), contact, model_status=status, updates=policy)
+    force = render(position, velocity, theta, constant(1), contact, model_status=status, updates=policy)
     rate = -np.diff(force[:, 2]) / STEP
     assert rate[(TIME[1:] > 1.01) & (TIME[1:] < 1.09)] == pytest.approx(4.0, rel=1e-6)
     assert rate[(TIME[1:] > 1.11) & (TIME[1:] < 1.29)] == pytest.approx(1.0, rel=1e-6)

@@ -10,7 +10,6 @@ from pydrake.systems.analysis import Simulator
 from mmt_drake.errors import BadInput
 from mmt_drake.motion.scripted import scripted_motion
 from mmt_drake.systems.interactive_operator import InteractiveOperator
-from mmt_drake.systems.recorded_operator import RecordedOperator
 from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.viewer.viewer import Viewer
 
@@ -35,7 +34,7 @@ def test_scripted_hand_is_where_its_motion_says(t):
 
 def test_recorded_hand_passes_through_its_samples_and_then_rests():
     hand = hand_motion()
-    operator = RecordedOperator(hand.time, hand.position, hand.velocity)
+    operator = ScriptedOperator(hand)
     for i in (0, 1234, len(hand.time) - 1):
         np.testing.assert_array_equal(
             motion_at(operator, hand.time[i]), np.concatenate([hand.position[i], hand.velocity[i]])
@@ -43,11 +42,6 @@ def test_recorded_hand_passes_through_its_samples_and_then_rests():
     np.testing.assert_array_equal(
         motion_at(operator, hand.time[-1] + 100.0), np.concatenate([hand.position[-1], np.zeros(3)])
     )
-
-
-def test_recorded_hand_refuses_what_is_no_motion():
-    with pytest.raises(BadInput, match="sample 1"):
-        RecordedOperator([0.0, 0.0], np.zeros((2, 3)), np.zeros((2, 3)))
 
 
 def test_interactive_hand_follows_a_slider_critically_damped(viewer):

@@ -9,11 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from estimated_contact import OUTPUTS, STEP, TICKS, contact
+from estimated_contact import OUTPUTS, STEP, TICKS, contact, wired
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import TrajectorySource
-from pydrake.trajectories import PiecewisePolynomial
+from pydrake.systems.framework import Diagram
 
 from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.estimation.output_error.offline import estimate_output_error
@@ -25,20 +23,13 @@ from mmt_drake.systems.output_error_estimator import OutputErrorEstimator
 KILLED = """import os
 from mmt_drake.estimation.output_error.beside import FitProcess, OutputErrorOptions
 fits = FitProcess(OutputErrorOptions())
-print(fits.own.process.pid, flush=True)
+print(fits.process.pid, flush=True)
 os.kill(os.getpid(), 9)"""
 PERIOD = round(OutputErrorOptions(step=STEP).latency / STEP)
 
 
-def wired(worker: bool = False) -> tuple[Diagram, OutputErrorEstimator]:
-    data, flag = contact()
-    builder = DiagramBuilder()
-    estimator = builder.AddNamedSystem("estimator", OutputErrorEstimator(OutputErrorOptions(step=STEP), worker=worker))
-    times = (np.arange(TICKS) - 0.5) * STEP  # a sample holds around its tick, clear of rounding in time
-    for name, values in (("measurement", data), ("in_contact", flag[:, None])):
-        source = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, values.T)))
-        builder.Connect(source.get_output_port(), estimator.GetInputPort(name))
-    return builder.Build(), estimator
+def told_of_strokes(worker: bool = False) -> tuple[Diagram, OutputErrorEstimator]:
+    return wired(OutputErrorEstimator(OutputErrorOptions(step=STEP), worker=worker), *contact(), STEP)
 
 
 def watched(diagram: Diagram, estimator: OutputErrorEstimator, pause: float = 0.0) -> dict[str, np.ndarray]:
@@ -57,7 +48,7 @@ def watched(diagram: Diagram, estimator: OutputErrorEstimator, pause: float = 0.
 
 @pytest.fixture(scope="module")
 def simulated() -> dict[str, np.ndarray]:
-    return watched(*wired())
+    return watched(*told_of_strokes())
 
 
 def test_every_output_is_the_offline_estimate_of_the_samples_so_far_bit_for_bit(simulated) -> None:
@@ -74,7 +65,7 @@ def test_a_fit_is_put_out_at_its_latency_and_only_then(simulated) -> None:
 
 
 def test_a_worker_that_keeps_up_gives_the_same_numbers(simulated) -> None:
-    station, known = wired(worker=True), list(adopt_theta.signatures)
+    station, known = told_of_strokes(worker=True), list(adopt_theta.signatures)
     beside = watched(*station, pause=0.2)
     np.testing.assert_array_equal(beside["theta"], simulated["theta"])
     assert adopt_theta.signatures == known, "nothing is compiled in the loop"
@@ -83,16 +74,16 @@ def test_a_worker_that_keeps_up_gives_the_same_numbers(simulated) -> None:
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor is all there is")
 def test_a_worker_stays_off_the_processor_that_the_loop_has_for_itself() -> None:
     before = os.sched_getaffinity(0)
-    diagram, estimator = wired(worker=True)
+    diagram, estimator = told_of_strokes(worker=True)
     simulator = Simulator(diagram)
     with real_time_process(ProcessOptions(cpu=min(before))):
         simulator.AdvanceTo(2.5 * PERIOD * STEP)
-    assert estimator.fits is not None and os.sched_getaffinity(estimator.fits.own.process.pid) == before
+    assert estimator.fits is not None and os.sched_getaffinity(estimator.fits.process.pid) == before
 
 
 def test_the_process_of_the_fits_ends_with_the_estimator_and_with_the_program() -> None:
     fits = FitProcess(OutputErrorOptions(step=STEP))
-    process = fits.own.process
+    process = fits.process
     assert process.poll() is None
     del fits
     gc.collect()

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+from estimated_contact import wired
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
-from pydrake.systems.primitives import TrajectorySource
-from pydrake.trajectories import PiecewisePolynomial
+from pydrake.systems.framework import Context, EventStatus
 
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.offline import estimate
@@ -27,22 +26,12 @@ def slide(ticks: int, step: float) -> tuple[np.ndarray, np.ndarray]:
     return data, ((t < 0.4 * t[-1]) | (t > 0.6 * t[-1])).astype(float)
 
 
-def wired(data: np.ndarray, contact: np.ndarray, options: RlsOptions) -> tuple[Diagram, RlsEstimator]:
-    builder = DiagramBuilder()
-    estimator = builder.AddNamedSystem("estimator", RlsEstimator(options))
-    times = (np.arange(len(data)) - 0.5) * options.step  # a sample holds around its tick, clear of rounding in time
-    for name, values in (("measurement", data), ("in_contact", contact[:, None])):
-        source = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, values.T)))
-        builder.Connect(source.get_output_port(), estimator.GetInputPort(name))
-    return builder.Build(), estimator
-
-
 @pytest.mark.parametrize(
     "options", [RlsOptions(), RlsOptions(step=0.002, equations="without_d", position_origin="touch", settle=0.05)]
 )
 def test_every_output_is_the_offline_estimate_of_the_samples_before_bit_for_bit(options: RlsOptions) -> None:
     data, contact = slide(1200, options.step)
-    diagram, estimator = wired(data, contact, options)
+    diagram, estimator = wired(RlsEstimator(options), data, contact, options.step)
     simulator = Simulator(diagram)
     seen: dict[str, list[np.ndarray]] = {name: [] for name in OUTPUTS}
 
@@ -67,7 +56,7 @@ def test_every_output_is_the_offline_estimate_of_the_samples_before_bit_for_bit(
 
 def test_before_the_first_sample_theta_is_unknown_and_unstable() -> None:
     data, contact = slide(10, 1e-3)
-    diagram, estimator = wired(data, contact, RlsOptions())
+    diagram, estimator = wired(RlsEstimator(RlsOptions()), data, contact, 1e-3)
     own = estimator.GetMyContextFromRoot(diagram.CreateDefaultContext())
     assert np.isnan(estimator.GetOutputPort("theta").Eval(own)).all()
     for name in ("regrouped", "stable", "estimated_force", "filtered_force"):
@@ -78,6 +67,6 @@ def test_before_the_first_sample_theta_is_unknown_and_unstable() -> None:
 def test_a_value_that_is_not_finite_stops_the_run_with_the_time_and_the_place(port: str) -> None:
     data, contact = slide(100, 1e-3)
     (data if port == "measurement" else contact)[40] = np.nan
-    diagram, _ = wired(data, contact, RlsOptions())
+    diagram, _ = wired(RlsEstimator(RlsOptions()), data, contact, 1e-3)
     with pytest.raises(BadInput, match=r"estimator .*t = 0\.04 s.*NaN"):
         Simulator(diagram).AdvanceTo(0.09)

@@ -32,7 +32,7 @@ def try_dead_worker(omega: EmulatedOmega, moments: int, record: Path) -> Row:
             start = session.tick
             tally.begin(session)
             fits = session.station.diagram.GetSubsystemByName("estimator").fits
-            fits.own.process.kill()
+            fits.process.kill()
             session.go(round(_SEEN_AFTER / PERIOD))
             tally.goes_on(session, moment)
         tally.recorded(session, record)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from mmt_drake.closing import Closing
 from mmt_drake.effects.library import own_files, register_file
 from mmt_drake.errors import BadInput
 from mmt_drake.estimation.output_error.knowledge import Told
@@ -23,11 +22,10 @@ _MODEL = 2.0  # in the place of `broken`: a model message, which is not answered
 _MET = 3.0  # an object that the probe is at, likewise
 
 
-class FitProcess(Closing):
+class FitProcess(OwnProcess):
     """A learner in a process of its own, begun and compiled when this is made; one that has ended is not begun again.
 
     Attributes:
-        own: the process.
         under_way: whether a fit has been asked for and not been taken.
 
     Args:
@@ -39,34 +37,26 @@ class FitProcess(Closing):
 
     def __init__(self, options: OutputErrorOptions) -> None:
         first = own_files(effect.name for effect in options.effects), options
-        self.own = OwnProcess(__name__, first, "estimator: the process for its fits")
+        super().__init__(__name__, first, "estimator: the process for its fits")
         self.under_way = False
-
-    def close(self) -> None:
-        """End the process; may be called again."""
-        self.own.close()
 
     def submit(self, samples: Array, broken: bool) -> bool:
         """Ask for a fit with new samples, as of `Learner.learned`; False: the process has ended."""
-        self.under_way = self.own.send(np.concatenate([[broken], samples.ravel()]).tobytes())
+        self.under_way = self.send(np.concatenate([[broken], samples.ravel()]).tobytes())
         return self.under_way
 
     def retell(self, model: Array) -> bool:
         """Tell it a message (MESSAGE_SIZE,), as of `Learner.retold`; False: the process has ended."""
-        return self.own.send(np.concatenate([[_MODEL], model]).tobytes())
+        return self.send(np.concatenate([[_MODEL], model]).tobytes())
 
     def met(self, thing: int, size: Sequence[float]) -> bool:
         """Tell it an object that the probe is at, as of `Learner.met`; False: the process has ended."""
-        return self.own.send(np.array([_MET, thing, *size]).tobytes())
-
-    def is_done(self) -> bool:
-        """Whether the fit that is under way has ended, or the process; never waits."""
-        return self.own.is_done()
+        return self.send(np.array([_MET, thing, *size]).tobytes())
 
     def result(self) -> Told | None:
         """What the fit hands over; None: it failed, and its samples are gone."""
         self.under_way = False
-        told = self.own.answer()
+        told = self.answer()
         return Told.from_vector(np.frombuffer(told).copy()) if told else None
 
 

@@ -13,7 +13,7 @@ from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.layout import LearningSettings
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
-from mmt_drake.estimation.trace import EstimatorTrace
+from mmt_drake.estimation.trace import EstimatorTrace, samples_of
 from mmt_drake.numeric.arrays import Array, assign
 
 
@@ -78,11 +78,7 @@ def estimate_output_error(
     """
     options = OutputErrorOptions() if options is None else options
     learner = Learner(options)
-    data = np.ascontiguousarray(measurement, dtype=float)
-    contact = np.ascontiguousarray(in_contact, dtype=float)
-    if data.ndim != 2 or data.shape[1] != 9 or contact.shape != data.shape[:1]:
-        found = f"shapes {data.shape} and {contact.shape}"
-        raise BadInput("measurement, in_contact", found=found, expected="(n, 9) and (n,)")
+    data, contact = samples_of(measurement, in_contact)
     times: Array = np.arange(len(data), dtype=np.float64) * options.step
     if time is not None:
         times = np.ascontiguousarray(time, dtype=np.float64)
