@@ -12,7 +12,7 @@ from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.column_map import ColumnMap, left_out
 from mmt_drake.recording.derive import HOW, rate_of, touches
 from mmt_drake.recording.recording import Cloud, Recording
-from mmt_drake.recording.signals import AXES, ORIENTATION, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
+from mmt_drake.recording.signals import AXES, FLAGS, ORIENTATION, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
 from mmt_drake.recording.stored import LongColumns
 
 # Beyond these no recording of a probe, a carriage or a servo is plausible: the unit is wrong.
@@ -25,7 +25,6 @@ LARGEST = 1e100  # whatever a driven body's unit is
 LATEST = 1e12  # seconds
 _RATE_MISMATCH = 300.0
 
-_FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ESTIMATED = ("theta", "theta_deviation", "model")
 _MAY_BE_UNKNOWN = {column for signal in SIGNALS if signal.name in _ESTIMATED for column in signal.columns}
 _FEWEST = 3
@@ -161,7 +160,7 @@ def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> Non
         if bad.any():
             index = int(np.argmax(bad))
             raise _bad_value(source, index, name, values[index], "a finite number")
-        if name in _FLAGS:
+        if name in FLAGS:
             bad = (values != 0.0) & (values != 1.0)
             if bad.any():
                 index = int(np.argmax(bad))

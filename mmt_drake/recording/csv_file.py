@@ -18,10 +18,9 @@ from mmt_drake.recording.column_map import ColumnMap, Taken, left_out
 from mmt_drake.recording.foreign_table import hint
 from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.recording import Recording
-from mmt_drake.recording.signals import SIGNALS
+from mmt_drake.recording.signals import FLAGS
 from mmt_drake.recording.stored import Column, LongColumns, as_array
 
-_FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ROWS_AT_ONCE = 10_000
 _PIECE = 2**22  # bytes that are read at a time
 _LONGEST = 2**20  # bytes of a line
@@ -275,5 +274,5 @@ def write_csv(recording: Recording, path: Path) -> None:
 
 
 def _write_rows(columns: dict[str, Array], file: TextIO) -> None:
-    cells = [(values.astype(int) if name in _FLAGS else values).tolist() for name, values in columns.items()]
+    cells = [(values.astype(int) if name in FLAGS else values).tolist() for name, values in columns.items()]
     file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*cells, strict=True))

@@ -3,9 +3,7 @@
 import numpy as np
 
 from mmt_drake.recording import Recording
-from mmt_drake.recording.signals import ORIENTATION, SIGNALS, columns_of
-
-FLAGS = tuple(signal.name for signal in SIGNALS if signal.quantity == "flag")
+from mmt_drake.recording.signals import FLAGS, ORIENTATION, columns_of
 
 
 def contact(seconds: float = 2.5, step: float = 1e-3, seed: int = 0, start: float = 0.0) -> Recording:
