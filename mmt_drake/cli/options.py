@@ -112,14 +112,11 @@ def port(text: str) -> int:
     Raises:
         argparse.ArgumentTypeError: it is none.
     """
-    number = _whole(text, 1, "a port, 1 to 65535") if len(text) < 6 else 0
-    if not 0 < number < 65536:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a port, 1 to 65535")
-    return number
+    return _whole(text, 1, "a port, 1 to 65535", 65535)
 
 
-def _whole(text: str, least: int, expected: str) -> int:
-    if not (text.isascii() and text.isdigit() and int(text) >= least):
+def _whole(text: str, least: int, expected: str, most: float = math.inf) -> int:
+    if not (text.isascii() and text.isdigit() and least <= int(text) <= most):
         raise argparse.ArgumentTypeError(f"found {text!r}, expected {expected}")
     return int(text)
 

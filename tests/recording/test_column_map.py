@@ -211,8 +211,8 @@ def test_the_only_column_in_a_unit_is_guessed_by_it_where_no_name_is_known() -> 
     assert guessed(["t", "command [N]", "q [mm]"]) == {"time": "t", "input": "command [N]", "output": "q [mm]"}
 
 
-def test_an_entry_tells_sign_column_and_unit() -> None:
-    assert entry("force", "Kraft [N]", reverse=True) == "-Kraft [N]:N"
+def test_an_entry_tells_column_and_unit() -> None:
+    assert entry("force", "Kraft [N]") == "Kraft [N]:N"
 
 
 @pytest.mark.parametrize("entry", ["t:N", "t:furlong", "", "-"])
