@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli_samples import Program, csv_text
+from cli_samples import Program
 from diagnose_samples import (
     CARRIAGE_MODEL,
     MODEL,
@@ -22,6 +22,7 @@ from diagnose_samples import (
     material,
     scaled,
 )
+from table_samples import csv_text
 
 from mmt_drake.recording import Recording, save
 
