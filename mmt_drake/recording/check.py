@@ -9,7 +9,7 @@ import numpy as np
 
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.recording.column_map import ColumnMap, left_out
+from mmt_drake.recording.column_map import ColumnMap, left_out, units_of
 from mmt_drake.recording.derive import HOW, rate_of, touches
 from mmt_drake.recording.recording import Cloud, Recording
 from mmt_drake.recording.signals import AXES, FLAGS, ORIENTATION, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
@@ -107,7 +107,6 @@ def mapped(recording: Recording, columns: ColumnMap, forces: bool) -> Recording:
     clock = taken.pop("time")
     time = clock.factor * (recording.time if clock.column == "time" else recording[clock.column])
     read = {name: column.factor * recording[column.column] for name, column in taken.items()}
-    units = {name: column.unit for name, column in taken.items() if column.unit is not None}
     taken_for = completed(
         time,
         read,
@@ -116,7 +115,7 @@ def mapped(recording: Recording, columns: ColumnMap, forces: bool) -> Recording:
         notes=notes,
         clouds=recording.clouds,
         constants=recording.constants,
-        units=units,
+        units=units_of(taken.values()),
     )
     return replace(taken_for, made_by=recording.made_by)
 

@@ -14,7 +14,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size
 from mmt_drake.recording.check import completed
-from mmt_drake.recording.column_map import ColumnMap, Taken, left_out
+from mmt_drake.recording.column_map import ColumnMap, Taken, left_out, units_of
 from mmt_drake.recording.foreign_table import hint
 from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.recording import Recording
@@ -105,9 +105,8 @@ def load_csv(path: Path, forces: bool, columns: ColumnMap) -> Recording:
 
     form, read, notes = read_table(path, taken)
     notes += left_out(form.headers, form.taken)
-    units = {taken.name: taken.unit for taken in form.taken if taken.unit is not None}
     time = as_array(read.pop("time"))
-    return completed(time, LongColumns(read), source, forces=forces, notes=notes, units=units)
+    return completed(time, LongColumns(read), source, forces=forces, notes=notes, units=units_of(form.taken))
 
 
 def read_table(
