@@ -21,7 +21,7 @@ from mmt_drake.systems.scene_tracker import SceneTracker
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.site import Site
-    from mmt_drake.hw.realsense.view import SolidsOnTable
+    from mmt_drake.hw.realsense.view import TableScene
 
 
 @dataclass(frozen=True)
@@ -106,13 +106,12 @@ class SeveralObjects:
         """See `SensedObject.sensing`."""
         return None if self.noise == SensorNoise() else "noise"
 
-    def solids(self) -> SolidsOnTable:
+    def solids(self) -> TableScene:
         """What a camera looks at."""
-        from mmt_drake.hw.realsense.view import Solid, SolidsOnTable
+        from mmt_drake.hw.realsense.view import Solid, TableScene
 
-        return SolidsOnTable(
-            tuple(Solid(each.size, each.at, each.top, each.round) for each in self.on_table()), self.table
-        )
+        solids = tuple(Solid(each.size, each.at, each.top, each.round) for each in self.on_table())
+        return TableScene(solids, self.table, probe=0.005)
 
     def build(self, site: Site) -> System:
         """The plant.

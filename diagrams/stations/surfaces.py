@@ -150,7 +150,7 @@ class SimulatedDepthCamera:
     real = False
 
     def __post_init__(self) -> None:
-        TableScene(self.size)  # refuses a box without meaning
+        TableScene.of_box(self.size)  # refuses a box without meaning
         check_number("cloud", "noise", self.noise, least=0.0)
         _check_rate(self.rate)
         if not 0.0 <= self.latency < 1.0 / self.rate:
@@ -186,10 +186,10 @@ class SimulatedDepthCamera:
                 where, converted, scene=several.solids(), noise=errors, rate=self.rate, latency=self.latency
             )
             return SeenSurface(Cloud.empty(), camera, self.settings.voxel or 0.0)
-        scene = TableScene(self.size, at=middle)
+        scene = TableScene.of_box(self.size, middle)
         depth = perfect_depth(rendered_scene(intrinsics, where, scene))
         converted = DepthToCloud(intrinsics, where, self.settings, self.smooth)
-        seen = untouched(converted, errors, depth, scene, site.scenario.detector.r2)
+        seen = untouched(converted, errors, depth, scene.solids[0], site.scenario.detector.r2)
         camera = simulated_camera(where, converted, scene=scene, noise=errors, rate=self.rate, latency=self.latency)
         return SeenSurface(Cloud.empty(), camera, seen.spacing, seen.roughness, seen.offset)
 

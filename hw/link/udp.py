@@ -11,7 +11,8 @@ DEFAULT_PORTS = {"operator": 47310, "telerobot": 47311}
 """Where each side listens by default."""
 
 _LONGEST = 2048  # longer ones are cut off and so fail to authenticate
-_BUFFER = 1 << 18
+BUFFER = 1 << 18
+"""Buffer for incoming packets that is asked of the kernel [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class UdpSocket:
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         try:
             self._socket.setblocking(False)
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
             self._socket.bind(ours)
             self._socket.connect(theirs)
         except OSError as error:

@@ -35,13 +35,14 @@ from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, WELL
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.stream import DepthFrame
-from mmt_drake.hw.realsense.view import Point, Solid, SolidsOnTable, TableScene
+from mmt_drake.hw.realsense.view import BOX, Point, Solid, TableScene
 from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.objects_on_table import OF_A_BODY
 
 _RENDERER = "depth"
 _NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)
 _SHAFT = 0.15  # length of the probe [m]
+_TABLE = (1.5, 1.5, 0.05)  # size of the table's top [m]
 _NEAR, _FAR = 0.05, 5.0  # of what is rendered [m]
 
 
@@ -191,23 +192,19 @@ def _solid(name: str, solid: Solid) -> GeometryInstance:
     return _instance(name, shape, (0.0, 0.0, solid.top - 0.5 * high))
 
 
-def rendered_scene(
-    intrinsics: Intrinsics, where: Extrinsics, scene: TableScene | SolidsOnTable | None = None
-) -> Diagram:
+def rendered_scene(intrinsics: Intrinsics, where: Extrinsics, scene: TableScene = BOX) -> Diagram:
     """A diagram with the input `body` (4: displacement in x, y [m], rates) and the output `depth_image`.
 
-    Of several bodies the input is `bodies`, so many numbers for each, and beside it `probe` (3: its tip [m]).
+    Where the probe is seen the input is `bodies`, so many numbers for each, and beside it `probe` (3: its tip [m]).
 
     Args:
         intrinsics: of the camera.
         where: it really is.
-        scene: what it looks at. The hand is not in it, nor is the probe before a single box, and surfaces are
-            undeformed.
+        scene: what it looks at. The hand is not in it, and surfaces are undeformed.
 
     Raises:
         BadInput: a focal length that Drake's renderer cannot have: fx and fy must be equal to a percent.
     """
-    scene = scene or TableScene()
     i = intrinsics
     if not math.isclose(i.fx, i.fy, rel_tol=0.01):
         raise BadInput("simulated camera", at="fx, fy", found=f"{i.fx}, {i.fy}", expected="square pixels")
@@ -215,21 +212,18 @@ def rendered_scene(
     graph = builder.AddSystem(SceneGraph())
     graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams()))
     source = graph.RegisterSource("scene")
-    thick = 0.05
-    table = _instance("table", Box(scene.table, scene.table, thick), (*scene.at, scene.low - 0.5 * thick))
+    table = _instance("table", Box(*_TABLE), (*scene.at, scene.low - 0.5 * _TABLE[2]))
     graph.RegisterAnchoredGeometry(source, table)
-    several = isinstance(scene, SolidsOnTable)
     places = [solid.at for solid in scene.solids] or [scene.at]
     frames = [graph.RegisterFrame(source, GeometryFrame(f"box {k}")) for k in range(len(places))]
     for frame, solid in zip(frames, scene.solids, strict=False):
         graph.RegisterGeometry(source, frame, _solid("box", solid))
     probe = None
-    if isinstance(scene, SolidsOnTable):
+    if scene.probe is not None:
         probe = graph.RegisterFrame(source, GeometryFrame("probe"))
         shaft = CylinderShape(scene.probe, _SHAFT)
         graph.RegisterGeometry(source, probe, _instance("probe", shaft, (0.0, 0.0, 0.5 * _SHAFT)))
-    body = "bodies" if several else "body"
-    pose = builder.AddSystem(_BodyPoses(frames, places, body, probe))
+    pose = builder.AddSystem(_BodyPoses(frames, places, _inputs(scene)[0], probe))
     builder.Connect(pose.GetOutputPort("pose"), graph.get_source_pose_port(source))
     # The renderer's pixel u looks along (u + 0.5 - cx) / fx: its middle is counted from the image's corner.
     info = CameraInfo(i.width, i.height, i.fx, i.fy, i.cx + 0.5, i.cy + 0.5)
@@ -247,8 +241,8 @@ def rendered_scene(
     return diagram
 
 
-def _inputs(scene: TableScene | SolidsOnTable | None) -> tuple[str, ...]:
-    return ("bodies", "probe") if isinstance(scene, SolidsOnTable) else ("body",)
+def _inputs(scene: TableScene) -> tuple[str, ...]:
+    return ("body",) if scene.probe is None else ("bodies", "probe")
 
 
 def perfect_depth(scene: Diagram) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
@@ -262,7 +256,7 @@ def simulated_camera(
     where: Extrinsics,
     convert: DepthToCloud,
     *,
-    scene: TableScene | SolidsOnTable | None = None,
+    scene: TableScene = BOX,
     noise: DepthNoise | None = None,
     rate: float = 30.0,
     latency: float = 0.0,

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mmt_drake.analysis.signals import rising
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
@@ -50,7 +51,7 @@ def touches_of(recording: Recording, *, level: float = 0.5) -> Touches:
             told = f"{force.min():.3g} to {force.max():.3g} N"
             raise BadInput(recording.source, at="force", found=told, expected=expected)
     pressed, free = force >= level, np.flatnonzero(force < 0.5 * level)
-    reached = np.flatnonzero(pressed[1:] & ~pressed[:-1]) + 1
+    reached = rising(pressed)
     rows = list[tuple[float, Array, float]]()
     for i in reached:
         before = int(np.searchsorted(free, i)) - 1

@@ -10,7 +10,7 @@ from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.depth import DepthToCloud
 from mmt_drake.hw.realsense.noise import DepthNoise
-from mmt_drake.hw.realsense.view import TableScene
+from mmt_drake.hw.realsense.view import Solid
 from mmt_drake.numeric.arrays import Array
 
 _FRAMES = 8
@@ -38,22 +38,20 @@ class Untouched(NamedTuple):
     offset: float
 
 
-def untouched(
-    convert: DepthToCloud, noise: DepthNoise, depth: NDArray[np.float32], scene: TableScene, r2: float
-) -> Untouched:
+def untouched(convert: DepthToCloud, noise: DepthNoise, depth: NDArray[np.float32], box: Solid, r2: float) -> Untouched:
     """Look at the object with a simulated camera, before a run.
 
     Args:
         convert: the camera, where it is taken to be, and the filters.
         noise: its errors.
         depth: (height, width) what a perfect one sees of the untouched object [m].
-        scene: where the object is.
+        box: the object.
         r2: contact radius of the detector [m].
 
     Raises:
         BadInput: it does not see the object's top.
     """
-    middle, rim = np.array(scene.at), 0.5 * np.array(scene.size[:2]) - _MARGIN
+    middle, rim = np.array(box.at), 0.5 * np.array(box.size[:2]) - _MARGIN
     tops, image = list[Array](), None
     settling = 0 if convert.smooth is None else math.ceil(3.0 / convert.smooth.alpha)
     for k in range(-settling, _FRAMES):

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -31,52 +31,33 @@ class Solid(NamedTuple):
 
 @dataclass(frozen=True)
 class TableScene:
-    """A box on a table; the middle of its undeformed top is at z = 0 of the table frame.
+    """What stands on a table.
 
     Attributes:
-        size: of the box along x, y, z [m].
-        table: side of the table's square top [m].
-        empty: without the box: the bare table, for a calibration.
-        at: x, y of the box and the table before anything moves [m].
-    """
-
-    size: tuple[float, float, float] = (0.2, 0.2, 0.08)
-    table: float = 1.5
-    empty: bool = False
-    at: Point = (0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        for value in (*self.size, self.table):
-            check_number("scene", "size, table", value, least=0.0, open_interval=True)
-
-    @property
-    def solids(self) -> tuple[Solid, ...]:
-        """The box, if it is there."""
-        return () if self.empty else (Solid(self.size, self.at),)
-
-    @property
-    def low(self) -> float:
-        """Height of the table in the table frame [m]."""
-        return -self.size[2]
-
-
-@dataclass(frozen=True)
-class SolidsOnTable:
-    """Several bodies on a table, under a probe that hides what is behind it.
-
-    Attributes:
-        solids: the bodies.
+        solids: the bodies; without any it is the bare table, for a calibration.
         low: height of the table in the table frame [m].
-        table: side of the table's square top [m].
         at: x, y of the table's middle [m].
-        probe: radius of the probe, a cylinder above its tip [m].
+        probe: radius of the probe, a cylinder above its tip that hides what is behind it [m]; None: it is not seen.
     """
 
     solids: tuple[Solid, ...]
     low: float
-    table: float = 1.5
     at: Point = (0.0, 0.0)
-    probe: float = 0.005
+    probe: float | None = None
+
+    @classmethod
+    def of_box(cls, size: tuple[float, float, float], at: Point = (0.0, 0.0)) -> Self:
+        """One box, the middle of its undeformed top at z = 0 of the table frame.
+
+        Raises:
+            BadInput: a side that is no length.
+        """
+        for side in size:
+            check_number("scene", "size", side, least=0.0, open_interval=True)
+        return cls((Solid(size, at),), -size[2], at)
+
+
+BOX = TableScene.of_box((0.2, 0.2, 0.08))
 
 
 @dataclass(frozen=True)

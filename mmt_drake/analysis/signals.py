@@ -13,7 +13,7 @@ from scipy import signal
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.recording import Recording
-from mmt_drake.recording.signals import AXES, SIGNALS
+from mmt_drake.recording.signals import AXES, HELD
 
 BANDS: Final[Mapping[str, tuple[float, float] | None]] = {
     "all": None,
@@ -29,9 +29,9 @@ BAND_NAMES: Final = {name: name.replace("_hz", " Hz").replace("_", " ") for name
 FILTER_ORDER: Final = 4
 """`N` of `scipy.signal.butter` for the band filters: 4 poles at each edge, passed forward and backward."""
 
-HELD_COLUMNS: Final = frozenset(column for known in SIGNALS if known.held for column in known.columns)
 EVEN: Final = 0.01  # a sample may be this fraction of a step off an even clock
 LONGEST_GAP_S: Final = 0.1
+SEGMENT_S: Final = 20.0  # of a signal whose spectrum is taken
 
 
 def duration(value: float, name: str) -> float:
@@ -150,7 +150,7 @@ class _Resampled(Mapping[str, Array]):
 
     def __getitem__(self, name: str) -> Array:
         values = self._recording.columns[name]
-        return values[self._held] if name in HELD_COLUMNS else np.interp(self._time, self._recording.time, values)
+        return values[self._held] if name in HELD else np.interp(self._time, self._recording.time, values)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._recording.columns)
@@ -229,12 +229,12 @@ def stretches(flags: Flags) -> list[tuple[int, int]]:
     return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def amplitude_spectrum(values: Array, rate: float, segment_s: float = 20.0) -> tuple[Array, Array]:
+def amplitude_spectrum(values: Array, rate: float) -> tuple[Array, Array]:
     """Frequencies [Hz] above 0 and the signal's amplitude there, in its own unit: two (m,) arrays.
 
-    Welch's method: Hann windows of `segment_s` (or the whole signal where that is shorter), half overlapping, means
+    Welch's method: Hann windows of `SEGMENT_S` (or the whole signal where that is shorter), half overlapping, means
     removed, mean-square averaged and scaled so that a lasting sine of amplitude A shows a peak of A.
     """
-    length = min(len(values), max(8, round(segment_s * rate)))
+    length = min(len(values), max(8, round(SEGMENT_S * rate)))
     frequency, power = signal.welch(values, rate, nperseg=length, scaling="spectrum")
     return frequency[1:], np.sqrt(2.0 * power[1:])

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from mmt_drake.cli.interrupted import known_kept
+from mmt_drake.cli.options import folder_to_write
 from mmt_drake.cli.output import console, print_json, say
 from mmt_drake.cli.progress import working
 from mmt_drake.errors import BadInput
@@ -28,9 +29,7 @@ def diagnose_arms(arguments: argparse.Namespace) -> int:
     from mmt_drake.diagnosis.tell.provenance import Provenance
 
     _refuse_others(arguments)
-    out = Path(arguments.out)
-    if out.exists() and not out.is_dir():
-        raise BadInput(out, found="a file", expected="a folder, or a name for one")
+    out = folder_to_write(arguments.out)
     model = load_arm_model(arguments.model)
     arm = ArmPlant.of(model)
     logs = [load_joint_log(file, model, arm.joints) for file in arguments.recordings]

@@ -48,7 +48,8 @@ from mmt_drake.cli.options import (
     add_time_budget,
     add_trust,
     add_workers,
-    reading,
+    folder_to_write,
+    recordings_of,
 )
 from mmt_drake.cli.output import add_json, console, print_json
 from mmt_drake.cli.progress import working
@@ -97,17 +98,13 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.diagnosis.tell.written import write_outcome
     from mmt_drake.effects import register_file
     from mmt_drake.model_files import load_model
-    from mmt_drake.recording import load_all
 
-    out = Path(arguments.out)
-    if out.exists() and not out.is_dir():
-        raise BadInput(out, found="a file", expected="a folder, or a name for one")
+    out = folder_to_write(arguments.out)
     for file in arguments.effects:
         register_file(file)
     _check_model(arguments)
     model = None if arguments.model is None else load_model(arguments.model)
-    how = reading(arguments)
-    recordings = [recording for file in arguments.recordings for recording in load_all(file, **how)]
+    recordings = recordings_of(arguments)
     blocks = () if model is None else _blocks(arguments, model, recordings)
     replays: tuple[BlockReplay, ...] = ()
     first: FirstModel | None = None

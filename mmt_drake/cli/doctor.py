@@ -18,7 +18,6 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -69,9 +68,9 @@ def doctor(peer: str | None = None) -> list[Check]:
     ]
 
 
-def print_checks(checks: list[Check], target: Console | None = None) -> None:
+def print_checks(checks: list[Check]) -> None:
     """Prints the checks as a table a group, each gap followed by what to do."""
-    target = target or console()
+    target = console()
     marks = {"ok": "[green]ok[/]", "gap": "[red]gap[/]", "optional": "[yellow]–[/]"}
     for group in dict.fromkeys(check.group for check in checks):
         table = Table(

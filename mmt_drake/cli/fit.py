@@ -20,7 +20,7 @@ import argparse
 from pathlib import Path
 
 from mmt_drake.cli.interrupted import FILE, known_kept
-from mmt_drake.cli.options import add_reading, add_workers, reading
+from mmt_drake.cli.options import add_reading, add_workers, recordings_of
 from mmt_drake.cli.output import add_json, console, on_terminal, print_json
 from mmt_drake.cli.progress import working
 from mmt_drake.errors import BadInput
@@ -43,14 +43,12 @@ def main(arguments: argparse.Namespace) -> int:
     from mmt_drake.diagnosis.first_model import fit
     from mmt_drake.diagnosis.fit.workers import workers
     from mmt_drake.diagnosis.tell.first import first_document, numbers_table, remarks, save_first_model
-    from mmt_drake.recording import load_all
     from mmt_drake.recording.atomic import beside
 
     out = Path(arguments.out)
     beside(out)
     kept = known_kept(out.parent, arguments.command_line, f"{out.stem}.{FILE}")
-    how = reading(arguments)
-    recordings = [recording for file in arguments.recordings for recording in load_all(file, **how)]
+    recordings = recordings_of(arguments)
     with kept, working("fit") as show, workers(arguments.jobs, arguments.cluster) as executor:
         found = fit(recordings, arguments.structure, executor=executor, on_stage=show)
     if found.reason is not None:

@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Join two recordings."""
-    from mmt_drake.cli.run_summary import further, score_data, score_lines, scored
+    from mmt_drake.cli.run_summary import RunScores, further
     from mmt_drake.recording import load, save
     from mmt_drake.recording.files import check_target
     from mmt_drake.recording.two_recordings import join
@@ -50,13 +50,13 @@ def main(arguments: argparse.Namespace) -> int:
             raise BadInput("--out", found=f"{name}, which is to be joined", expected="another file")
     joined = join(load(arguments.first, forces=False), load(arguments.second, forces=False))
     save(joined.recording, out)
-    metrics, energy = scored(joined.recording, joined.delay_s)
+    scores = RunScores.of(joined.recording, joined.delay_s)
     more = further(joined.recording, joined.delay_s)
     if arguments.json:
-        data: dict[str, Any] = clock_data(joined) | score_data(metrics, energy) | {"recording": str(out)}
+        data: dict[str, Any] = clock_data(joined) | scores.to_json() | {"recording": str(out)}
         print_json(data | {name: figure.data for name, figure in more.items()})
     else:
-        lines = [*clock_lines(joined), *score_lines(metrics, energy), *(figure.line for figure in more.values())]
+        lines = [*clock_lines(joined), *scores.lines(), *(figure.line for figure in more.values())]
         say("\n".join([*lines, f"recording: {out}"]))
     return 0
 

@@ -10,17 +10,10 @@ import time
 from collections.abc import Iterator
 
 from mmt_drake.cli.machine import Check, Machine, judged, percentile_99
+from mmt_drake.hw.link.udp import BUFFER, DEFAULT_PORTS
+from mmt_drake.hw.link.wire import LARGEST_SIZE
 
 GROUP = "network"
-
-PORTS = (47310, 47311)
-"""Of operator and telerobot, unless a run says otherwise (`mmt_drake.hw.link.udp.DEFAULT_PORTS`)."""
-
-LARGEST = 1280
-"""Largest packet of the link, headers and all [bytes]; every IPv6 network carries as much."""
-
-BUFFER = 1 << 18
-"""Buffer for incoming packets that the link asks of the kernel [bytes]."""
 
 _EXCHANGES = 200
 _LOOPBACK_US = 1000.0  # 99th percentile of a round trip on this machine up to which it counts as calm
@@ -62,7 +55,7 @@ def _interfaces(machine: Machine) -> Iterator[Check]:
         name, wireless = entry.name, (entry / "wireless").exists()
         mtu = int(machine.read(f"{entry}/mtu") or 0)
         found = f"{'wireless' if wireless else 'wired'}, packets up to {mtu} bytes"
-        if mtu < LARGEST:
+        if mtu < LARGEST_SIZE:
             advice = f"the link's largest packets are cut up or lost: ip link set {name} mtu 1500"
             yield Check(GROUP, name, "gap", found, advice)
         else:
@@ -74,7 +67,8 @@ def _firewall(machine: Machine) -> Check:
     modules = (machine.read("proc/modules") or "").splitlines()
     filters = sorted({line.split()[0] for line in modules} & {"nf_tables", "ip_tables", "ip6_tables"})
     found = f"{' and '.join(filters) or 'no packet filter is'} loaded"
-    advice = f"should the sides not find each other: ufw allow {PORTS[0]}:{PORTS[1]}/udp, or the like"
+    first, last = DEFAULT_PORTS.values()
+    advice = f"should the sides not find each other: ufw allow {first}:{last}/udp, or the like"
     return judged(not filters, GROUP, "firewall", found, advice)
 
 
@@ -107,7 +101,8 @@ def _way_to(peer: str, machine: Machine) -> Iterator[Check]:
     if ping is None:
         yield Check(GROUP, name, "gap", "no program to measure it", "apt-get install iputils-ping")
         return
-    command = [ping, "-n", "-c", str(_PINGS), "-i", str(_EVERY), "-W", "1", "-M", "do", "-s", str(LARGEST - _HEADERS)]
+    size = str(LARGEST_SIZE - _HEADERS)
+    command = [ping, "-n", "-c", str(_PINGS), "-i", str(_EVERY), "-W", "1", "-M", "do", "-s", size]
     done = subprocess.run([*command, "--", peer], capture_output=True, text=True, timeout=60, check=False)
     times = [float(number) for number in re.findall(r"time=([\d.]+) ms", done.stdout)]
     if not times:
@@ -116,7 +111,7 @@ def _way_to(peer: str, machine: Machine) -> Iterator[Check]:
         yield Check(GROUP, name, "gap", said[-1] if said else "no answer", advice)
         return
     median, p99, loss = statistics.median(times), percentile_99(times), 1.0 - len(times) / _PINGS
-    found = f"median {median:.2f} ms, 99th percentile {p99:.2f} ms, {100.0 * loss:.0f} % lost of {LARGEST} bytes"
+    found = f"median {median:.2f} ms, 99th percentile {p99:.2f} ms, {100.0 * loss:.0f} % lost of {LARGEST_SIZE} bytes"
     if loss > _LOSS or p99 > _TIMEOUT_MS:
         enough = 1e-3 * max(4.0 * p99, 2.0 * _TIMEOUT_MS)
         advice = f"the peer would count as lost now and then: use a cable, or run with --link timeout={enough:.1g}"

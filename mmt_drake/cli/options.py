@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
+from mmt_drake.errors import BadInput
+
 if TYPE_CHECKING:
+    from mmt_drake.recording import Recording
     from mmt_drake.recording.column_map import ColumnMap
 
 TIME_BUDGET_S = 300.0
@@ -53,6 +57,30 @@ def reading(arguments: argparse.Namespace) -> Reading:
     from mmt_drake.recording.column_map import ColumnMap  # so that help comes at once
 
     return {"topics": dict(arguments.topic), "columns": ColumnMap.of(arguments.map, arguments.axis)}
+
+
+def recordings_of(arguments: argparse.Namespace) -> list[Recording]:
+    """Every recording of the files that `recordings` names, read as the options of `add_reading` say.
+
+    Raises:
+        BadInput: as `reading`, and as `recording.load_all`.
+    """
+    from mmt_drake.recording import load_all
+
+    how = reading(arguments)
+    return [recording for file in arguments.recordings for recording in load_all(file, **how)]
+
+
+def folder_to_write(name: str) -> Path:
+    """The folder that `--out` names, which need not be there yet.
+
+    Raises:
+        BadInput: it is a file.
+    """
+    folder = Path(name)
+    if folder.exists() and not folder.is_dir():
+        raise BadInput(folder, found="a file", expected="a folder, or a name for one")
+    return folder
 
 
 def add_effects(parser: argparse.ArgumentParser) -> None:
@@ -112,14 +140,11 @@ def port(text: str) -> int:
     Raises:
         argparse.ArgumentTypeError: it is none.
     """
-    number = _whole(text, 1, "a port, 1 to 65535") if len(text) < 6 else 0
-    if not 0 < number < 65536:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a port, 1 to 65535")
-    return number
+    return _whole(text, 1, "a port, 1 to 65535", 65535)
 
 
-def _whole(text: str, least: int, expected: str) -> int:
-    if not (text.isascii() and text.isdigit() and int(text) >= least):
+def _whole(text: str, least: int, expected: str, most: float = math.inf) -> int:
+    if not (text.isascii() and text.isdigit() and least <= int(text) <= most):
         raise argparse.ArgumentTypeError(f"found {text!r}, expected {expected}")
     return int(text)
 

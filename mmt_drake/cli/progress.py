@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from mmt_drake.errors import printable
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
+    from rich.progress import Progress, ProgressColumn
 
     from mmt_drake.diagnosis.search.watch import Stage
 
@@ -36,21 +36,12 @@ def progress(
         yield lambda completed: None
         return
     # Imported where needed, so that a short command does not wait for it.
-    from rich.console import Console
     from rich.markup import escape
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 
     start = time.perf_counter()
-    bar = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[amount]}"),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-        transient=True,
-        redirect_stdout=sys.stdout.isatty(),  # else what belongs into a file would be shown beside the bar
-    )
-    with bar:
+    amounts = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[amount]}")
+    with _bar(*amounts, TimeRemainingColumn()) as bar:
         task = bar.add_task(escape(printable(description)), total=total, amount="")
 
         def update(completed: float) -> None:
@@ -107,8 +98,7 @@ def working(description: str, seconds: float = math.inf) -> Iterator[Stages]:
     if not sys.stderr.isatty():
         yield Stages(None)
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
+    from rich.progress import BarColumn, ProgressColumn, TextColumn
     from rich.text import Text
 
     begun, limit = time.perf_counter(), "" if math.isinf(seconds) else f" of {seconds:g}"
@@ -120,7 +110,14 @@ def working(description: str, seconds: float = math.inf) -> Iterator[Stages]:
             return Text(f"{time.perf_counter() - begun:.0f}{limit} s")
 
     stage = BarColumn(20), TextColumn("{task.description}", markup=False), TextColumn("{task.fields[then]}")
-    columns = (TextColumn(description), Elapsed(), *stage)
-    to_screen = sys.stdout.isatty()  # else what belongs into a file would be shown beside the bar
-    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=to_screen) as bar:
+    with _bar(TextColumn(description), Elapsed(), *stage) as bar:
         yield Stages(bar)
+
+
+def _bar(*columns: ProgressColumn) -> Progress:
+    """A bar on standard error that goes with the work."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    to_screen = sys.stdout.isatty()  # else what belongs into a file would be shown beside the bar
+    return Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=to_screen)

@@ -18,7 +18,7 @@ from mmt_drake.cli.options import reading
 from mmt_drake.cli.output import RunFigure, print_json, say
 from mmt_drake.cli.progress import progress, working
 from mmt_drake.cli.run_options import SLIDERS
-from mmt_drake.cli.run_summary import RunSummary, figures, further, tried
+from mmt_drake.cli.run_summary import RunScores, RunSummary, further, tried
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
@@ -96,7 +96,8 @@ def run(arguments: argparse.Namespace) -> int:
         if interrupted:
             say(f"mmt-drake: interrupted after {simulated:g} s; {kept or 'nothing'} is kept", stderr=True)
             return INTERRUPTED
-        metrics, energy = figures(recording, scenario) if whole else two_sides.apart(native)
+        delay_s = usual_delay(scenario.to_telerobot, scenario.step)
+        scores = RunScores.of(recording if whole else two_sides.apart(native), delay_s)
         more: dict[str, RunFigure] = {}
         if not isinstance(recording, BadInput):
             if not whole:
@@ -105,15 +106,14 @@ def run(arguments: argparse.Namespace) -> int:
                 more["device"] = hardware.hand_figure(recording, hand)
             if arm is not None:
                 more["arm"] = hardware.arm_figure(recording, arm)
-            more |= further(recording, usual_delay(scenario.to_telerobot, scenario.step))
+            more |= further(recording, delay_s)
     summary = RunSummary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,
         simulated_s=simulated,
         wall_s=wall,
         pacing=pace,
-        metrics=metrics,
-        energy=energy,
+        scores=scores,
         recording=None if kept is None else str(kept),
         figures=more,
         gaps=station.recorder.dropped,

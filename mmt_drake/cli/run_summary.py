@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.carried import carried_object
@@ -16,7 +16,6 @@ from mmt_drake.analysis.passivity import Passivity, passivity
 from mmt_drake.analysis.zeroing import Zeroing, zeroing
 from mmt_drake.cli.output import RunFigure
 from mmt_drake.errors import BadInput
-from mmt_drake.network.parameters import usual_delay
 from mmt_drake.realtime import Pace
 from mmt_drake.recording import Recording
 
@@ -36,6 +35,42 @@ _FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | ModelTrust | ForceL
 
 
 @dataclass(frozen=True)
+class RunScores:
+    """What a recording says of a run.
+
+    Attributes:
+        metrics: errors of force and lags, or why there are none.
+        energy: at both ends, or why it is not known.
+    """
+
+    metrics: Metrics | BadInput
+    energy: Passivity | BadInput
+
+    @classmethod
+    def of(cls, recording: Recording | BadInput, delay_s: float) -> Self:
+        """Of a recording, if there is one, and the delay from hand to probe in it [s]."""
+        if isinstance(recording, BadInput):
+            return cls(recording, recording)
+        return cls(tried(lambda: measure(recording, delay_s=delay_s)), tried(lambda: passivity(recording)))
+
+    def lines(self) -> list[str]:
+        """For a terminal."""
+        metrics, energy = self.metrics, self.energy
+        if isinstance(metrics, BadInput):
+            lines = [f"force errors and lags: none; {_why(metrics)}"]
+        else:
+            lines = summary.lines(metrics)
+        return lines + ([f"energy: not known; {_why(energy)}"] if isinstance(energy, BadInput) else energy.lines())
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as data; `missing` says why `errors` or `energy` is null."""
+        both = {"errors": self.metrics, "energy": self.energy}
+        told = {name: None if isinstance(found, BadInput) else found.to_json() for name, found in both.items()}
+        missing = {name: _why(reason) for name, reason in both.items() if isinstance(reason, BadInput)}
+        return {**told, "missing": missing}
+
+
+@dataclass(frozen=True)
 class RunSummary:
     """The outcome of a run.
 
@@ -44,8 +79,7 @@ class RunSummary:
         operator: whose motion it was.
         simulated_s, wall_s: how long it took, in simulated and in real time [s].
         pacing: how well it kept to the wall clock; None where it was not meant to.
-        metrics: errors of force and lags, or why there are none.
-        energy: at both ends, or why it is not known.
+        scores: what its recording says of it.
         recording: the file that was kept.
         figures: what else came of it, by its key as data: of the `link` to the other side, the operator's `device`, the
             telerobot's `arm`, where there was one, and what the recording says.
@@ -57,8 +91,7 @@ class RunSummary:
     simulated_s: float
     wall_s: float
     pacing: Pace | None
-    metrics: Metrics | BadInput
-    energy: Passivity | BadInput
+    scores: RunScores
     recording: str | None
     figures: Mapping[str, RunFigure]
     gaps: int
@@ -70,7 +103,7 @@ class RunSummary:
             f"{self.scenario.name}, operator {self.operator}: {self.simulated_s:.3f} s simulated in "
             f"{self.wall_s:.2f} s, {speed:.3g} times real time"
         ]
-        lines += score_lines(self.metrics, self.energy)
+        lines += self.scores.lines()
         lines.append("overruns: not paced" if self.pacing is None else self.pacing.line())
         lines += [figure.line for figure in self.figures.values()]
         gaps = f", {self.gaps} rows and clouds missing: the disk was too slow" if self.gaps else ""
@@ -86,39 +119,10 @@ class RunSummary:
             "simulated_s": self.simulated_s,
             "wall_s": self.wall_s,
             "overruns": None if self.pacing is None else self.pacing.to_json(),
-            **score_data(self.metrics, self.energy),
+            **self.scores.to_json(),
             "recording": self.recording,
             "recording_gaps": self.gaps,
         } | {name: figure.data for name, figure in self.figures.items()}
-
-
-def figures(recording: Recording | BadInput, scenario: Scenario) -> tuple[Metrics | BadInput, Passivity | BadInput]:
-    """Errors and lags, and energy, of the run of a scenario that was recorded; or why there are none."""
-    if isinstance(recording, BadInput):
-        return recording, recording
-    return scored(recording, usual_delay(scenario.to_telerobot, scenario.step))
-
-
-def scored(recording: Recording, delay_s: float) -> tuple[Metrics | BadInput, Passivity | BadInput]:
-    """The same of any recording, and the delay from hand to probe in it [s]."""
-    return tried(lambda: measure(recording, delay_s=delay_s)), tried(lambda: passivity(recording))
-
-
-def score_lines(metrics: Metrics | BadInput, energy: Passivity | BadInput) -> list[str]:
-    """Errors of force, lags and energies, or why there are none, for a terminal."""
-    if isinstance(metrics, BadInput):
-        lines = [f"force errors and lags: none; {_why(metrics)}"]
-    else:
-        lines = summary.lines(metrics)
-    return lines + ([f"energy: not known; {_why(energy)}"] if isinstance(energy, BadInput) else energy.lines())
-
-
-def score_data(metrics: Metrics | BadInput, energy: Passivity | BadInput) -> dict[str, Any]:
-    """The same as data; `missing` says why `errors` or `energy` is null."""
-    both = {"errors": metrics, "energy": energy}
-    told = {name: None if isinstance(found, BadInput) else found.to_json() for name, found in both.items()}
-    missing = {name: _why(reason) for name, reason in both.items() if isinstance(reason, BadInput)}
-    return {**told, "missing": missing}
 
 
 def further(recording: Recording, delay_s: float) -> dict[str, RunFigure]:

@@ -57,12 +57,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--remainder", type=share, metavar="R", help=text)
     text = (
         "what simulates the cases: own (default), one axis at a time; foreign, both axes at once, friction a vector, "
-    )
-    text += (
         "by another integrator and stick rule. What that does not have is drawn on the own plant alone: friction that "
+        "differs by direction, a rough patch, ageing, heating, running in, stiffening under load, a loose mass, a "
+        "vibrating table, driven bodies and materials; palpation, a tip on surfaces that nobody recorded"
     )
-    text += "differs by direction, a rough patch, ageing, heating, running in, stiffening under load, a loose mass, a "
-    text += "vibrating table, driven bodies and materials; palpation, a tip on surfaces that nobody recorded"
     parser.add_argument("--plant", choices=("own", "foreign", "palpation"), default="own", help=text)
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
     text = "conceal effects of robot arms, simulated by MuJoCo (default remainder then 0.2)"

@@ -73,12 +73,10 @@ def builder(arguments: argparse.Namespace) -> Callable[..., Side]:
     return partial(build_side, side=side, open_link=open_link, wait=wait, sliders_move_hardware=follows)
 
 
-def apart(file: Path) -> tuple[BadInput, BadInput]:
+def apart(file: Path) -> BadInput:
     """Why there are neither errors nor energies of one side's recording."""
-    reason = BadInput(
-        file, found="one side of two", expected="motion and force of both: `mmt-drake join` makes one of two"
-    )
-    return reason, reason
+    expected = "motion and force of both: `mmt-drake join` makes one of two"
+    return BadInput(file, found="one side of two", expected=expected)
 
 
 def figure(side: Station, recording: Recording) -> RunFigure:

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from mmt_drake.cloud.grid import DEFAULT_EDGE, EDGE, Grid, build_grid, count_within, grid_order
+from mmt_drake.cloud.grid import EDGE, Grid, build_grid, count_within, grid_order
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 
@@ -30,9 +30,7 @@ class Cloud:
 
     Args:
         points: (n, 3) base positions [m]; n may be 0. Copied.
-        translation: (3,) where the base points' origin is now [m].
         stamp: when the surface was there [s].
-        edge: edge of the neighbour structure's cells [m]; a quarter of the largest radius asked for is about best.
         normals: (n, 3) outward unit normals at the points; None: nobody has said, and up is taken for out.
 
     Raises:
@@ -40,15 +38,7 @@ class Cloud:
             that are none, or most of which point down into the surface.
     """
 
-    def __init__(
-        self,
-        points: ArrayLike,
-        *,
-        translation: ArrayLike = (0.0, 0.0, 0.0),
-        stamp: float = 0.0,
-        edge: float = DEFAULT_EDGE,
-        normals: ArrayLike | None = None,
-    ) -> None:
+    def __init__(self, points: ArrayLike, *, stamp: float = 0.0, normals: ArrayLike | None = None) -> None:
         base = np.array(points, dtype=np.float64, order="C")
         if base.ndim != 2 or base.shape[1] != 3:
             raise BadInput("cloud", at="points", found=f"an array of shape {base.shape}", expected="shape (n, 3)")
@@ -57,14 +47,12 @@ class Cloud:
             bad = np.flatnonzero(~(np.abs(base) <= _FARTHEST).all(axis=1))[0]
             expected = f"coordinates within {_FARTHEST:g} m"
             raise BadInput("cloud", at=f"point {bad}", found=base[bad], expected=expected)
-        if not (math.isfinite(edge) and edge > 0.0):
-            raise BadInput("cloud", at="edge", found=edge, expected="a length above 0 m")
         base.flags.writeable = False
-        grid = build_grid(base, edge)
+        grid = build_grid(base)
         serial = float(next(_serial_numbers))
         self._normals = None if normals is None else _checked_normals(normals, len(base))
         self._lowered: dict[float, tuple[Grid, Array]] = {}
-        self._fill(base, grid, (*_vector(translation), serial, _spacing(base, grid)), stamp)
+        self._fill(base, grid, (0.0, 0.0, 0.0, serial, _spacing(base, grid)), stamp)
 
     def _fill(self, base: Array, grid: Grid, header: tuple[float, ...], stamp: float) -> None:
         if not math.isfinite(stamp):
@@ -95,18 +83,17 @@ class Cloud:
         """(n, 3) outward unit normals at the base points, read-only; None where nobody has said."""
         return self._normals
 
-    def with_normals(self, radius: float | None = None) -> Self:
+    def with_normals(self) -> Self:
         """The same points with normals by Open3D, which all point up: what a camera above has seen is outward.
 
-        Args:
-            radius: of the neighbourhood that each is fitted to [m]; three spacings, and 3 mm at least, unless given.
+        Each is fitted to a neighbourhood of three spacings, and 3 mm at least.
         """
         if len(self) < 3:
             return self
         cloud = self.to_open3d()
         import open3d
 
-        reach = max(3.0 * self.spacing, 3e-3) if radius is None else radius
+        reach = max(3.0 * self.spacing, 3e-3)
         cloud.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius=reach, max_nn=50))
         found = np.asarray(cloud.normals)
         return type(self)(self.points(), stamp=self.stamp, normals=np.where(found[:, 2:] < 0.0, -found, found))
@@ -160,23 +147,11 @@ class Cloud:
         # Drake copies the values in its contexts; what never changes need not be copied.
         return self
 
-    def __copy__(self) -> Self:
-        return self
-
     def to_open3d(self) -> Any:
         """An `open3d.geometry.PointCloud` of the points where they are now."""
         import open3d
 
         return open3d.geometry.PointCloud(open3d.utility.Vector3dVector(self.points()))
-
-    @classmethod
-    def from_open3d(cls, cloud: Any, *, stamp: float = 0.0) -> Self:
-        """A cloud from an `open3d.geometry.PointCloud` in the table frame, in metres.
-
-        Raises:
-            BadInput: a coordinate is not finite.
-        """
-        return cls(np.asarray(cloud.points), stamp=stamp)
 
 
 def _checked_normals(normals: ArrayLike, n: int) -> Array:

@@ -21,7 +21,7 @@ _COUNTS = re.compile(rb"^(?:element\s+\w+|POINTS|WIDTH|HEIGHT)\s+(\d{1,250})", r
 _PCD_LINE = re.compile(rb"^(POINTS|SIZE)[ \t]+(.*)$", re.MULTILINE)
 
 
-def read_cloud(path: str | Path, *, stamp: float = 0.0) -> Cloud:
+def read_cloud(path: str | Path) -> Cloud:
     """Read a `.ply`, `.pcd` or `.xyz` file whose coordinates are metres in the table frame.
 
     Raises:
@@ -35,7 +35,7 @@ def read_cloud(path: str | Path, *, stamp: float = 0.0) -> Cloud:
         raise BadInput(path, found="no points that Open3D can read", expected=f"a point cloud in {path.suffix} format")
     _check_text_rows(path, len(points))
     try:
-        return Cloud(points, stamp=stamp)
+        return Cloud(points)
     except BadInput as error:
         raise BadInput(path, found=error.found, expected=error.expected, at=error.at) from None
 
@@ -59,7 +59,7 @@ def thinned(cloud: Cloud, voxel: float) -> Cloud:
     if not voxel > 0.0:
         raise BadInput("voxel filter", at="voxel", found=voxel, expected="an edge above 0 m")
     try:
-        return Cloud.from_open3d(cloud.to_open3d().voxel_down_sample(voxel), stamp=cloud.stamp)
+        return Cloud(np.asarray(cloud.to_open3d().voxel_down_sample(voxel).points), stamp=cloud.stamp)
     except RuntimeError:  # Open3D numbers the cubes along an edge by 32 bits
         raise BadInput("voxel filter", at="voxel", found=voxel, expected="larger cubes for so wide a cloud") from None
 

@@ -19,7 +19,6 @@ def plane(
     layout: Literal["regular", "jittered", "random"] = "regular",
     noise: float = 0.0,
     seed: int = 0,
-    stamp: float = 0.0,
 ) -> Cloud:
     """n points on a horizontal rectangle, table frame.
 
@@ -31,7 +30,6 @@ def plane(
             `jittered`, the same with every point moved by up to half a spacing each way; `random`, uniformly strewn.
         noise: standard deviation of the points' z [m].
         seed: of jitter, strewing and noise; the same seed gives the same cloud.
-        stamp: when the surface is there [s].
 
     Raises:
         BadInput: a negative n or noise, a side that is not above 0, an unknown layout.
@@ -45,7 +43,7 @@ def plane(
     if layout not in ("regular", "jittered", "random"):
         raise BadInput("plane", at="layout", found=layout, expected="regular, jittered or random")
     if n == 0:
-        return Cloud.empty(stamp)
+        return Cloud.empty()
     random = np.random.default_rng(seed)
     if layout == "random":
         across = random.uniform(size=(n, 2))
@@ -62,4 +60,4 @@ def plane(
     points = np.empty((n, 3))
     points[:, :2] = (across - 0.5) * size
     points[:, 2] = noise * random.standard_normal(n) if noise > 0.0 else 0.0
-    return Cloud(points + centre, stamp=stamp)
+    return Cloud(points + centre)

@@ -9,10 +9,10 @@ import numpy as np
 
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.recording.column_map import ColumnMap, left_out
+from mmt_drake.recording.column_map import ColumnMap, left_out, units_of
 from mmt_drake.recording.derive import HOW, rate_of, touches
 from mmt_drake.recording.recording import Cloud, Recording
-from mmt_drake.recording.signals import AXES, ORIENTATION, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
+from mmt_drake.recording.signals import AXES, FLAGS, ORIENTATION, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
 from mmt_drake.recording.stored import LongColumns
 
 # Beyond these no recording of a probe, a carriage or a servo is plausible: the unit is wrong.
@@ -25,7 +25,6 @@ LARGEST = 1e100  # whatever a driven body's unit is
 LATEST = 1e12  # seconds
 _RATE_MISMATCH = 300.0
 
-_FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ESTIMATED = ("theta", "theta_deviation", "model")
 _MAY_BE_UNKNOWN = {column for signal in SIGNALS if signal.name in _ESTIMATED for column in signal.columns}
 _FEWEST = 3
@@ -108,7 +107,6 @@ def mapped(recording: Recording, columns: ColumnMap, forces: bool) -> Recording:
     clock = taken.pop("time")
     time = clock.factor * (recording.time if clock.column == "time" else recording[clock.column])
     read = {name: column.factor * recording[column.column] for name, column in taken.items()}
-    units = {name: column.unit for name, column in taken.items() if column.unit is not None}
     taken_for = completed(
         time,
         read,
@@ -117,7 +115,7 @@ def mapped(recording: Recording, columns: ColumnMap, forces: bool) -> Recording:
         notes=notes,
         clouds=recording.clouds,
         constants=recording.constants,
-        units=units,
+        units=units_of(taken.values()),
     )
     return replace(taken_for, made_by=recording.made_by)
 
@@ -161,7 +159,7 @@ def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> Non
         if bad.any():
             index = int(np.argmax(bad))
             raise _bad_value(source, index, name, values[index], "a finite number")
-        if name in _FLAGS:
+        if name in FLAGS:
             bad = (values != 0.0) & (values != 1.0)
             if bad.any():
                 index = int(np.argmax(bad))

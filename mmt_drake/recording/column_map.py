@@ -159,6 +159,11 @@ def left_out(headers: Iterable[str], taken: Iterable[Taken]) -> list[str]:
     return [f"columns left out: {', '.join(unread)}"] if unread else []
 
 
+def units_of(taken: Iterable[Taken]) -> dict[str, str]:
+    """The SI unit of each column of a recording whose unit is told."""
+    return {column.name: column.unit for column in taken if column.unit is not None}
+
+
 AS_NAMED = ColumnMap()
 """Of a file whose columns have the names of a recording's."""
 

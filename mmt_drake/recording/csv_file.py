@@ -14,14 +14,13 @@ from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size
 from mmt_drake.recording.check import completed
-from mmt_drake.recording.column_map import ColumnMap, Taken, left_out
+from mmt_drake.recording.column_map import ColumnMap, Taken, left_out, units_of
 from mmt_drake.recording.foreign_table import hint
 from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.recording import Recording
-from mmt_drake.recording.signals import SIGNALS
+from mmt_drake.recording.signals import FLAGS
 from mmt_drake.recording.stored import Column, LongColumns, as_array
 
-_FLAGS = {signal.name for signal in SIGNALS if signal.quantity == "flag"}
 _ROWS_AT_ONCE = 10_000
 _PIECE = 2**22  # bytes that are read at a time
 _LONGEST = 2**20  # bytes of a line
@@ -106,9 +105,8 @@ def load_csv(path: Path, forces: bool, columns: ColumnMap) -> Recording:
 
     form, read, notes = read_table(path, taken)
     notes += left_out(form.headers, form.taken)
-    units = {taken.name: taken.unit for taken in form.taken if taken.unit is not None}
     time = as_array(read.pop("time"))
-    return completed(time, LongColumns(read), source, forces=forces, notes=notes, units=units)
+    return completed(time, LongColumns(read), source, forces=forces, notes=notes, units=units_of(form.taken))
 
 
 def read_table(
@@ -275,5 +273,5 @@ def write_csv(recording: Recording, path: Path) -> None:
 
 
 def _write_rows(columns: dict[str, Array], file: TextIO) -> None:
-    cells = [(values.astype(int) if name in _FLAGS else values).tolist() for name, values in columns.items()]
+    cells = [(values.astype(int) if name in FLAGS else values).tolist() for name, values in columns.items()]
     file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*cells, strict=True))

@@ -56,10 +56,10 @@ def guessed(headers: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def entry(name: str, header: str, *, reverse: bool = False) -> str:
+def entry(name: str, header: str) -> str:
     """The entry of a mapping that says of a header what it is, with the unit that the header tells."""
     unit = offered(name, split(header)[1])
-    return f"{'-' * reverse}{header}" + (f":{unit}" if unit else "")
+    return header + (f":{unit}" if unit else "")
 
 
 def hint(headers: Sequence[str], file: str) -> str:

@@ -11,7 +11,7 @@ from mmt_drake.errors import BadInput, readable
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.bounds import MOST_COLUMNS, check_size, check_unpacked
 from mmt_drake.recording.check import completed, mapped
-from mmt_drake.recording.column_map import ColumnMap, left_out
+from mmt_drake.recording.column_map import ColumnMap, left_out, units_of
 from mmt_drake.recording.public import find, read_public
 from mmt_drake.recording.recording import Cloud, Recording
 
@@ -49,7 +49,7 @@ def load_npz(path: Path, forces: bool, columns: ColumnMap) -> list[Recording]:
         read[column.name] = array.astype(np.float64, copy=False)
         if column.factor != 1.0:
             read[column.name] = column.factor * read[column.name]
-    time, units = read.pop("time"), {column.name: column.unit for column in taken if column.unit is not None}
+    time, units = read.pop("time"), units_of(taken)
     notes = left_out([name for name, array in arrays.items() if array.ndim > 0], ())
     return [completed(time, read, source, forces=forces, notes=notes, clouds=clouds, constants=constants, units=units)]
 

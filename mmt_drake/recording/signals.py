@@ -188,6 +188,12 @@ SIGNALS = (
 UNITS = {column: unit for signal in SIGNALS for column, unit in zip(signal.columns, signal.units, strict=True)}
 """Column -> its unit, as of `Signal.units`."""
 
+FLAGS = frozenset(signal.name for signal in SIGNALS if signal.quantity == "flag")
+"""Columns of 0 and 1."""
+
+HELD = frozenset(column for signal in SIGNALS if signal.held for column in signal.columns)
+"""Columns that keep their value between messages, see `Signal.held`."""
+
 _BY_SIZE = {(signal.name, signal.size): signal for signal in SIGNALS}
 
 # What must be there, by kind. The first name is what the kind is recognised by.

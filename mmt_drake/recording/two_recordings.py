@@ -15,7 +15,7 @@ from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.check import completed
 from mmt_drake.recording.clock_bounds import ClockBounds, clock_bounds
 from mmt_drake.recording.recording import Recording
-from mmt_drake.recording.signals import LINK_CLOCKS, SIGNALS
+from mmt_drake.recording.signals import HELD, LINK_CLOCKS
 from mmt_drake.recording.stored import LongColumns, as_array, stored
 
 DELAY: Final = "to_telerobot_delay_s"
@@ -24,7 +24,6 @@ DELAY: Final = "to_telerobot_delay_s"
 _PREFIX = "link_clock_"
 _SAME_TICK = 1e-6  # [s]; stamps are written to the nanosecond
 _ENOUGH = 0.9  # share of the peer's ticks, as received, that must stand in the peer's own recording
-_HELD = {column for signal in SIGNALS if signal.held for column in signal.columns}
 _STAMPS = ("held_body_stamp_x", "held_body_stamp_y")  # by the operator's run
 
 
@@ -78,7 +77,7 @@ def join(first: Recording, second: Recording) -> JoinedSides:
     for name in operator.columns:
         if name not in telerobot.columns and name not in operator.derived:
             values = operator[name][known]
-            columns[name] = stored(values[last] if name in _HELD else np.interp(instants[inside], own, values))
+            columns[name] = stored(values[last] if name in HELD else np.interp(instants[inside], own, values))
     for name in set(_STAMPS) & set(columns):
         columns[name] = stored(_of_telerobots_run(as_array(columns[name]), operator, telerobot, clocks))
     delay = _delay(telerobot, clocks) + _simulated_delay(operator)

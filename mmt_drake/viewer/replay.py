@@ -3,7 +3,7 @@
 import math
 import time
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from mmt_drake.analysis.plotting import MEASURED
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput
-from mmt_drake.model.message_layout import MESSAGE
-from mmt_drake.model.parameters import THETA
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 from mmt_drake.recording.clouds import thinned
-from mmt_drake.viewer.charts import SHOWN_SECONDS, Chart, ChartLine, Panels, sample, station_panels
+from mmt_drake.viewer.charts import SHOWN_SECONDS, Chart, ChartLine, Panels, station_panels
 from mmt_drake.viewer.scene import Scene
 from mmt_drake.viewer.viewer import Viewer
 
@@ -29,7 +27,6 @@ TIME, SPEED, PLAY, LOOP = "time [s]", "speed", "play", "loop"
 
 _MARGIN = 0.02  # of the object about the motion, where no cloud says how large it is [m]
 _ROUNDING_S = 1e-6  # of times that are written in decimals
-_FORCES = ("rendered_force", "estimated_force", "true_force")
 
 
 def replay_panels(recording: Recording, truth: Mapping[str, float] | None = None) -> Panels:
@@ -77,10 +74,10 @@ class Replay:
         self._clouds, self._seen = recording.clouds, (-1, Cloud.empty())
         panels = replay_panels(recording)
         self._scene = Scene(viewer) if panels.scene else None
-        if self._scene is None:
-            self._values = {name: recording[name][rows, None] for name in panels.columns[1:]}
-        else:
-            self._values = _of_station(recording, rows)
+        touching = {"in_contact": _contact_of(recording)}
+        self._charted = _columns(recording, rows, (touching.get(name, name) for name in panels.columns[1:]))
+        if self._scene is not None:
+            self._drawn = _of_station(recording, rows)
             self._set_up(self._scene)
         self.at, self._row, self._playing = self._first, -1, True
         self._show(fresh=True)
@@ -114,9 +111,9 @@ class Replay:
 
     def _set_up(self, scene: Scene) -> None:
         for name, port in (("hand", "motion"), ("probe", "measurement"), ("proxy", "proxy")):
-            if port not in self._values:
+            if port not in self._drawn:
                 scene.hide(name)
-        position = self._values["measurement"][:, :3]
+        position = self._drawn["measurement"][:, :3]
         low, high = position.min(axis=0), position.max(axis=0)
         scene.look_at(0.5 * (low + high), float((high - low).max()))
         if not self._clouds and low[2] < _MARGIN:  # it comes to the table
@@ -127,21 +124,12 @@ class Replay:
         row = max(bisect_right(self._time, self.at + _ROUNDING_S) - 1, 0)
         since = bisect_right(self._time, self.at - SHOWN_SECONDS) if fresh else self._row + 1
         for each in range(since, row + 1):
-            self._viewer.add_samples(self._sample(each), fresh=fresh and each == since)
+            self._viewer.add_samples([self._time[each], *self._charted[each].tolist()], fresh=fresh and each == since)
         if self._scene is not None and row != self._row:
-            self._scene.show(self._at(row), self._cloud())
+            self._scene.show({name: values[row].tolist() for name, values in self._drawn.items()}, self._cloud())
         self._row = row
         self._viewer.add_slider(TIME, self._first, max(self._last, self._first + SAMPLE_S), SAMPLE_S, self.at)
         self._viewer.flush()
-
-    def _at(self, row: int) -> dict[str, list[float]]:
-        return {name: values[row].tolist() for name, values in self._values.items()}
-
-    def _sample(self, row: int) -> list[float]:
-        values = self._at(row)
-        if self._scene is not None:
-            return sample(self._time[row], values)
-        return [self._time[row], *(number for (number,) in values.values())]
 
     def _cloud(self) -> Cloud | None:
         """The latest one."""
@@ -153,31 +141,33 @@ class Replay:
         return self._seen[1]
 
 
-def _of_station(recording: Recording, rows: NDArray[np.int64]) -> dict[str, Array]:
-    """Name of a port of `mmt_drake.systems.live_view.LiveView` -> what it shows, (rows, size)."""
+def _contact_of(recording: Recording) -> str:
+    """The column that says whether it touches: the detector's, where it is there."""
+    return "detected_contact" if "detected_contact" in recording else "in_contact"
 
-    def stacked(*names: str) -> Array:
-        return np.column_stack([recording[name][rows] if name in recording else nowhere for name in names])
+
+def _columns(recording: Recording, rows: NDArray[np.int64], names: Iterable[str]) -> Array:
+    """Some columns, (rows, names); NaN where the recording has none."""
+    nowhere = np.full(len(rows), math.nan)
+    return np.column_stack([recording[name][rows] if name in recording else nowhere for name in names])
+
+
+def _of_station(recording: Recording, rows: NDArray[np.int64]) -> dict[str, Array]:
+    """Name of a port of `mmt_drake.systems.live_view.LiveView` -> what is drawn of it, (rows, size)."""
 
     def vector(name: str) -> Array:
-        return stacked(*(f"{name}_{axis}" for axis in "xyz"))
+        return _columns(recording, rows, (f"{name}_{axis}" for axis in "xyz"))
 
-    nowhere = np.full(len(rows), math.nan)
     still = np.zeros((len(rows), 3))
     found = {"measurement": np.hstack([vector("position"), still, vector("force")])}
     if recording.has_vector("master_position"):
         found["motion"] = np.hstack([vector("master_position"), still])
     if recording.has_vector("proxy_position"):
         found["proxy"] = vector("proxy_position")
-    found |= {name: vector(name) for name in _FORCES if recording.has_vector(name)}
-    flags = {"in_contact": "detected_contact" if "detected_contact" in recording else "in_contact"}
-    flags |= {"stable": "theta_stable", "model_status": "model_status", "learner_status": "learner_status"}
-    found |= {port: stacked(name) for port, name in flags.items() if name in recording}
+    if recording.has_vector("rendered_force"):
+        found["rendered_force"] = vector("rendered_force")
+    if (touching := _contact_of(recording)) in recording:
+        found["in_contact"] = _columns(recording, rows, [touching])
     if "body_position_x" in recording:
-        found["body_position"] = stacked("body_position_x", "body_position_y")
-    if "carried_state" in recording:
-        found["carried"] = stacked("carried_state", "carried_m")
-    if "model_number" in recording:
-        found["model"] = stacked(*(f"model_{name}" for name in MESSAGE))
-    found["theta"] = stacked(*(f"theta_{symbol}" for symbol in THETA))
+        found["body_position"] = _columns(recording, rows, ["body_position_x", "body_position_y"])
     return found

@@ -1,10 +1,10 @@
 """The figures of a long run take little memory beside its recording, and little time per event."""
 
-import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from memory import peak_of
 
 from mmt_drake.analysis.lags import lags
 from mmt_drake.analysis.metrics import measure
@@ -15,12 +15,7 @@ from mmt_drake.recording.recording import Recording
 def peak_columns(compute, recording: Recording) -> float:
     """Memory that a computation takes beside the recording at its peak, in columns of it."""
     compute(recording)
-    tracemalloc.start()
-    try:
-        compute(recording)
-        return tracemalloc.get_traced_memory()[1] / recording.time.nbytes
-    finally:
-        tracemalloc.stop()
+    return peak_of(lambda: compute(recording))[1] / recording.time.nbytes
 
 
 @pytest.mark.parametrize("compute", [lambda run: measure(run, delay_s=0.4), passivity], ids=["errors", "energy"])

@@ -5,7 +5,8 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from cli_samples import MODEL, TIME, WAVE, Columns, changed, csv_text, good, text, with_cell, write, write_bag
+from cli_samples import MODEL, text, write, write_bag
+from table_samples import TIME, WAVE, Columns, changed, csv_text, good, with_cell
 
 Make = Callable[[Path], list[object]]
 

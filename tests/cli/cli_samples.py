@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.typesys import Stores, get_typestore
+from table_samples import Columns, csv_text
 
 from mmt_drake.recording import McapWriter
-
-Columns = dict[str, np.ndarray]
 
 #: `python -c PATIENT ...` is `mmt-drake ...` whose haptic device does not notice the pauses of a busy machine.
 PATIENT = """import sys
@@ -35,36 +34,7 @@ class Outcome(NamedTuple):
 
 Program = Callable[..., Outcome]
 
-TIME = np.arange(50) * 0.01
-WAVE = np.sin(5.0 * TIME)
 MODEL = "structure: flexible_box\nparameters: {m: 1.0, k1: 0.0, k2: 500.0, b1: 60.0, b2: 60.0, Fc: 0.05}\n"
-
-
-def good() -> Columns:
-    """Half a second of a probe on the table."""
-    columns = {"time": TIME}
-    for i, axis in enumerate("xyz"):
-        columns[f"position_{axis}"] = 0.01 * np.sin(5.0 * TIME + i) - 0.005
-        columns[f"force_{axis}"] = 0.5 * np.cos(5.0 * TIME + i)
-    return columns
-
-
-def changed(**values: np.ndarray | None) -> Columns:
-    """Columns replaced, added, or (None) taken away."""
-    return {name: column for name, column in (good() | values).items() if column is not None}
-
-
-def with_cell(name: str, row: int, value: float) -> Columns:
-    """One cell changed; rows count from 1."""
-    columns = good()
-    columns[name] = columns[name].copy()
-    columns[name][row - 1] = value
-    return columns
-
-
-def csv_text(columns: Columns) -> str:
-    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n"
 
 
 def write(path: Path, columns: Columns) -> Path:

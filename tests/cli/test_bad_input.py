@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 from bad_recordings import Make, file_cases, table_cases
-from cli_samples import MODEL, Program, good, listing, text, write
+from cli_samples import MODEL, Program, listing, text, write
+from table_samples import good
 
 # --- Scenarios
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli_samples import Program, csv_text
+from cli_samples import Program
+from table_samples import csv_text
 from trial_samples import BOX_MODEL, CARRIAGE_MODEL, SPRING_MODEL, carriage, changed, cut, recorded, spring, times
 
 from mmt_drake.recording import Recording, save

@@ -15,16 +15,6 @@ def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(subject, "_loopback", lambda: [30.0] * 99 + [300.0])
 
 
-def test_the_ports_packets_and_buffer_are_those_of_the_link() -> None:
-    from mmt_drake.hw.link import udp, wire
-    from mmt_drake.hw.link.options import LARGEST_SIGNAL
-
-    assert tuple(udp.DEFAULT_PORTS.values()) == subject.PORTS
-    assert udp._BUFFER == subject.BUFFER
-    body = wire.HEADER_SIZE + 8 * LARGEST_SIGNAL
-    assert body < subject.LARGEST
-
-
 @pytest.mark.parametrize(
     ("files", "name", "status", "advice"),
     [

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
+from terminal import Terminal
 
 import mmt_drake
 from mmt_drake.arms.laws import ARM_EFFECTS
@@ -204,13 +205,6 @@ def test_effects_for_people_names_every_parameter_with_its_unit(capsys: pytest.C
     for effect in LIBRARY.values():
         assert effect.name in out and effect.equation in out and effect.source in out
         assert all(f"{parameter.symbol} [{parameter.unit}]" in out for parameter in effect.parameters)
-
-
-class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
 
 
 @pytest.mark.parametrize(("stream", "shown"), [(Terminal(), True), (io.StringIO(), False)])

@@ -5,18 +5,12 @@ import sys
 import time
 
 import pytest
+from terminal import Terminal
 
 from mmt_drake.cli.progress import progress, working
 from mmt_drake.diagnosis.search.watch import Stage
 
 SHOWN = 0.3  # [s] after which all of it has been on the screen
-
-
-class Terminal(io.StringIO):
-    """A screen that keeps what was written."""
-
-    def isatty(self) -> bool:
-        return True
 
 
 def shown(monkeypatch, screen: io.StringIO) -> str:

@@ -12,7 +12,8 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from cli_samples import MODEL, Program, disk_of, good, listing, text, write
+from cli_samples import MODEL, Program, disk_of, listing, text, write
+from table_samples import good
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import McapWriter, load

@@ -1,6 +1,5 @@
 """`run`: the summary is what the recording says, whatever the hand, the form of the recording, or how the run ends."""
 
-import io
 import json
 import os
 import signal
@@ -15,7 +14,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_samples import TIME, Program, good, write_bag
+from cli_samples import Program, write_bag
+from table_samples import TIME, good
+from terminal import Terminal
 
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.analysis.passivity import passivity
@@ -222,10 +223,6 @@ def test_an_effect_of_the_user_s_own_acts_in_a_plant(tmp_path: Path, program: Pr
 
 
 def test_on_a_terminal_it_says_at_once_that_it_gets_ready(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
     screen = Terminal()
     monkeypatch.setattr(sys, "stderr", screen)
     assert main(["run", "setup1", "--seconds", "0.1"]) == 0

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_samples import MODEL, Program, good, write
+from cli_samples import MODEL, Program, write
+from table_samples import good
 
 
 @pytest.fixture

@@ -3,9 +3,7 @@
 import numpy as np
 
 from mmt_drake.recording import Recording
-from mmt_drake.recording.signals import ORIENTATION, SIGNALS, columns_of
-
-FLAGS = tuple(signal.name for signal in SIGNALS if signal.quantity == "flag")
+from mmt_drake.recording.signals import FLAGS, ORIENTATION, columns_of
 
 
 def contact(seconds: float = 2.5, step: float = 1e-3, seed: int = 0, start: float = 0.0) -> Recording:
@@ -26,22 +24,6 @@ def contact(seconds: float = 2.5, step: float = 1e-3, seed: int = 0, start: floa
         if name.startswith("theta_") and name not in FLAGS:
             columns[name][time < start + 1.0] = np.nan
     return Recording(time, columns)
-
-
-def motion_rows(count: int = 50) -> dict[str, np.ndarray]:
-    """The least that a contact recording needs, 10 ms apart."""
-    time = np.arange(count) * 0.01
-    columns = {"time": time}
-    for i, axis in enumerate("xyz"):
-        columns[f"position_{axis}"] = 0.01 * np.sin(5.0 * time + i)
-        columns[f"force_{axis}"] = 0.5 * np.cos(5.0 * time + i)
-    return columns
-
-
-def csv_text(columns: dict[str, np.ndarray]) -> str:
-    """Columns as CSV."""
-    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n"
 
 
 def same(a: Recording, b: Recording, *, clock: float = 0.0) -> None:

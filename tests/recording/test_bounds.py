@@ -2,7 +2,6 @@
 
 import os
 import time
-import tracemalloc
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -13,14 +12,16 @@ import pytest
 import zstandard
 from bag_samples import ROS1, messages
 from mcap.records import Channel, Chunk, Header, Schema
+from memory import peak_of
 from rosbags.rosbag1 import Writer as Ros1Writer
-from samples import contact, csv_text, motion_rows, same
+from samples import contact, same
+from table_samples import csv_text, good
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.mcap_layout import MAGIC, as_bytes
 
-GOOD = csv_text(motion_rows())
+GOOD = csv_text(good())
 MEMORY, SECONDS = 100e6, 5.0
 CLOUD = {"cloud_time": np.array([0.0, 0.1]), "cloud_size": np.array([1, 2]), "cloud_points": np.zeros((3, 3))}
 
@@ -43,7 +44,7 @@ def bomb(path: Path) -> None:
 
 def lying_header(path: Path) -> None:
     """Members whose headers announce more numbers than there are."""
-    np.savez(path.with_suffix(".true.npz"), **motion_rows())
+    np.savez(path.with_suffix(".true.npz"), **good())
     with zipfile.ZipFile(path.with_suffix(".true.npz")) as archive, zipfile.ZipFile(path, "w") as changed:
         for name in archive.namelist():
             content = archive.read(name).replace(b"(50,), }        ", b"(1500000000,), }")
@@ -51,13 +52,13 @@ def lying_header(path: Path) -> None:
 
 
 def no_array(path: Path) -> None:
-    np.savez(path, **motion_rows())
+    np.savez(path, **good())
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr("notes.txt", "made on a Monday")
 
 
 def arrays(**more: np.ndarray) -> Callable[[Path], None]:
-    return lambda path: np.savez(path, **motion_rows() | more)
+    return lambda path: np.savez(path, **good() | more)
 
 
 def mcap(compression: str, packed: bytes, size: int) -> Callable[[Path], object]:
@@ -116,15 +117,15 @@ def test_what_no_measurement_asks_for_is_refused_before_it_is_read(
     name: str, make: Callable[[Path], object], message: str, tmp_path: Path
 ) -> None:
     make(tmp_path / name)
-    tracemalloc.start()
-    began = time.monotonic()
-    try:
+
+    def refused() -> BadInput:
         with pytest.raises(BadInput, match=message) as caught:
             load(tmp_path / name)
-        took, peak = time.monotonic() - began, tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert took < SECONDS and peak < MEMORY and len(str(caught.value)) <= 4100
+        return caught.value
+
+    began = time.monotonic()
+    error, peak = peak_of(refused)
+    assert time.monotonic() - began < SECONDS and peak < MEMORY and len(str(error)) <= 4100
 
 
 @pytest.mark.parametrize("compression", Ros1Writer.CompressionFormat)
@@ -166,13 +167,9 @@ def test_numbers_of_one_recording_are_bounded_in_every_form(tmp_path: Path, monk
 def test_a_clock_that_jumps_costs_nothing(tmp_path: Path) -> None:
     part = contact(2.5)
     jumping = Recording(part.time + 2e9 * (part.time > 1.2345), part.columns)
-    tracemalloc.start()
-    try:
-        save(jumping, tmp_path / "a.mcap")
-        read = load(tmp_path / "a.mcap")
-        assert tracemalloc.get_traced_memory()[1] < MEMORY
-    finally:
-        tracemalloc.stop()
+    _, written = peak_of(lambda: save(jumping, tmp_path / "a.mcap"))
+    read, peak = peak_of(lambda: load(tmp_path / "a.mcap"))
+    assert max(written, peak) < MEMORY
     same(jumping, read, clock=1e-6)
 
 
@@ -195,12 +192,7 @@ def test_reading_csv_takes_one_and_a_half_times_the_file_at_most(
     part, path = contact(4.0), tmp_path / "a.csv"
     save(part, path)
     load(path)  # what is compiled at first use does not grow with the file
-    tracemalloc.start()
-    try:
-        read = load(path)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+    read, peak = peak_of(lambda: load(path))
     same(part, read)
     assert peak < 1.5 * path.stat().st_size
 
@@ -210,7 +202,7 @@ def test_rows_and_lines_are_counted_over_pieces(tmp_path: Path, monkeypatch: pyt
     path = tmp_path / "a.csv"
     path.write_text(GOOD)
     read = load(path)
-    np.testing.assert_array_equal(read["force_z"], motion_rows()["force_z"])
+    np.testing.assert_array_equal(read["force_z"], good()["force_z"])
     lines = GOOD.splitlines()
     path.write_text("\n".join([*lines[:40], lines[40].replace(",", ",x", 1)]))
     with pytest.raises(BadInput, match=r"row 40 \(line 41\), column 'position_x'"):
@@ -226,7 +218,7 @@ def test_rows_and_lines_are_counted_over_pieces(tmp_path: Path, monkeypatch: pyt
 def test_a_damaged_file_s_parser_that_says_nothing_is_told_by_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    np.savez(tmp_path / "a.npz", **motion_rows())
+    np.savez(tmp_path / "a.npz", **good())
 
     def fail(*_: object) -> None:
         raise EOFError

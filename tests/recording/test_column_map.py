@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from samples import csv_text, motion_rows, same
+from samples import same
+from table_samples import csv_text, good
 
 from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load, save
@@ -104,7 +105,7 @@ def test_columns_that_nobody_asks_for_may_be_words_and_are_left_out(plain: Recor
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".mcap"])
 def test_one_axis_of_three_is_a_recording_of_one_axis(ending: str, tmp_path: Path) -> None:
-    rows = motion_rows()
+    rows = good()
     (tmp_path / "a.csv").write_text(csv_text(rows))
     save(load(tmp_path / "a.csv"), tmp_path / f"b{ending}")
     read = load(tmp_path / f"b{ending}", columns=ColumnMap(axis="y"))
@@ -116,7 +117,7 @@ def test_one_axis_of_three_is_a_recording_of_one_axis(ending: str, tmp_path: Pat
 
 
 def test_a_file_with_one_axis_of_three_is_offered_to_be_read_as_such(tmp_path: Path) -> None:
-    rows = {name: values for name, values in motion_rows().items() if name in ("time", "position_y", "force_y")}
+    rows = {name: values for name, values in good().items() if name in ("time", "position_y", "force_y")}
     path = write(tmp_path / "a.csv", rows)
     with pytest.raises(BadInput, match="or --axis y, that axis alone"):
         load(path)
@@ -126,7 +127,7 @@ def test_a_file_with_one_axis_of_three_is_offered_to_be_read_as_such(tmp_path: P
 
 
 def test_what_a_hand_and_an_arm_did_can_be_read_as_a_driven_body(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text(csv_text(motion_rows()))
+    (tmp_path / "a.csv").write_text(csv_text(good()))
     whole = load(tmp_path / "a.csv")
     save(whole, tmp_path / "a.mcap")
     read = load(tmp_path / "a.mcap", columns=ColumnMap({"input": "force_x", "output": "position_x"}))
@@ -135,7 +136,7 @@ def test_what_a_hand_and_an_arm_did_can_be_read_as_a_driven_body(tmp_path: Path)
 
 
 def test_no_map_changes_nothing(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text(csv_text(motion_rows()))
+    (tmp_path / "a.csv").write_text(csv_text(good()))
     same(load(tmp_path / "a.csv"), load(tmp_path / "a.csv", columns=AS_NAMED))
 
 
@@ -211,8 +212,8 @@ def test_the_only_column_in_a_unit_is_guessed_by_it_where_no_name_is_known() -> 
     assert guessed(["t", "command [N]", "q [mm]"]) == {"time": "t", "input": "command [N]", "output": "q [mm]"}
 
 
-def test_an_entry_tells_sign_column_and_unit() -> None:
-    assert entry("force", "Kraft [N]", reverse=True) == "-Kraft [N]:N"
+def test_an_entry_tells_column_and_unit() -> None:
+    assert entry("force", "Kraft [N]") == "Kraft [N]:N"
 
 
 @pytest.mark.parametrize("entry", ["t:N", "t:furlong", "", "-"])

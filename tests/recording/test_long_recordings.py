@@ -1,12 +1,12 @@
 """Reading a long recording takes little more memory than its columns."""
 
 import pickle
-import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from memory import peak_of
 from samples import contact, same
 
 from mmt_drake.recording import Recording, growing, load, one_clock, save, stored
@@ -25,21 +25,12 @@ def long_recording(repetitions: int = 60) -> Recording:
     return Recording(np.arange(len(part) * repetitions) * 1e-3, columns)
 
 
-def loaded(path: Path) -> tuple[Recording, int]:
-    """A recording, and the most memory that reading it took [B]."""
-    tracemalloc.start()
-    try:
-        return load(path), tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-
-
 def test_reading_peaks_at_one_and_a_half_times_the_columns(tmp_path: Path) -> None:
     written = long_recording()
     save(long_recording(1), tmp_path / "short.mcap")
     save(written, tmp_path / "long.mcap")
     load(tmp_path / "short.mcap")  # what is compiled and imported at first use does not grow with the recording
-    read, peak = loaded(tmp_path / "long.mcap")
+    read, peak = peak_of(lambda: load(tmp_path / "long.mcap"))
     assert len(read) == 120_000
     assert size_of(read) < peak < 1.5 * size_of(read)
     assert all(column.base is None for column in read.columns.values()), "a view keeps all of what it looks at"
@@ -55,7 +46,7 @@ def test_what_is_longer_than_fits_stands_on_disk_and_is_read_column_by_column(
     clouds = tuple((float(i), np.full((i + 1, 3), i, dtype=np.float32)) for i in range(9))
     save(replace(written, clouds=clouds), tmp_path / "long.mcap")
     load(tmp_path / "long.mcap")
-    read, peak = loaded(tmp_path / "long.mcap")
+    read, peak = peak_of(lambda: load(tmp_path / "long.mcap"))
     assert peak < size_of(read) / 8, (peak / read.time.nbytes, size_of(read) / read.time.nbytes)
     same(written, read, clock=1e-9)
     assert [(time, points.tolist()) for time, points in read.clouds] == [(t, p.tolist()) for t, p in clouds]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from samples import csv_text, motion_rows
+from table_samples import TIME, WAVE, Columns, changed, csv_text, good, with_cell
 
 from mmt_drake.cli.convert import convert
 from mmt_drake.errors import BadInput
@@ -15,24 +15,6 @@ from mmt_drake.model.parameters import TANGENTIAL_THETA
 from mmt_drake.recording import load
 from mmt_drake.recording.column_map import ColumnMap
 
-Columns = dict[str, np.ndarray]
-
-
-def changed(**values: np.ndarray | None) -> Columns:
-    """The rows of a good recording with columns replaced, added, or (None) taken away."""
-    columns = motion_rows() | values
-    return {name: column for name, column in columns.items() if column is not None}
-
-
-def with_cell(name: str, row: int, value: float) -> Columns:
-    """One cell of a good recording changed; rows count from 1."""
-    columns = motion_rows()
-    columns[name][row - 1] = value
-    return columns
-
-
-TIME = motion_rows()["time"]
-WAVE = np.sin(5.0 * TIME)
 DRIVEN = {"time": TIME, "input": WAVE}
 
 # Wrong contents, the same whatever the format, and what the message says after the file's name.
@@ -49,7 +31,7 @@ CONTENTS: list[tuple[Columns, str]] = [
     (changed(position_y=300.0 * WAVE), r"column 'position_y': found .*expected at most 5 m, is it in mm"),
     (changed(force_z=5000.0 + WAVE), r"column 'force_z': found .*expected at most 1000 N, is it in mN"),
     (
-        changed(**{f"velocity_{a}": 1e3 * np.gradient(motion_rows()[f"position_{a}"], TIME) for a in "xyz"}),
+        changed(**{f"velocity_{a}": 1e3 * np.gradient(good()[f"position_{a}"], TIME) for a in "xyz"}),
         r"column 'velocity_x': found (1e\+03|99\d) times the rate",
     ),
     (changed(force_x=None, force_y=None, force_z=None), "expected also force_x, force_y, force_z"),
@@ -61,7 +43,7 @@ CONTENTS: list[tuple[Columns, str]] = [
     (changed(temperature=WAVE), "unknown column 'temperature', expected a column of a contact recording"),
     (changed(input=WAVE), "unknown column 'position_x', expected a column of a driven body recording"),
     (changed(in_contact=0.5 + 0 * WAVE), "row 1, column 'in_contact': found 0.5, expected 0 or 1"),
-    ({name: values[:2] for name, values in motion_rows().items()}, "found 2 samples, expected at least 3"),
+    ({name: values[:2] for name, values in good().items()}, "found 2 samples, expected at least 3"),
     (DRIVEN | {"output": 1e307 * WAVE}, r"column 'output': found .*expected at most 1e\+100 in any unit"),
     (DRIVEN, "expected also output"),
     ({"time": TIME, "position": WAVE}, "expected also force"),
@@ -99,7 +81,7 @@ def refused(path: Path, message: str) -> None:
     assert (sorted(os.listdir(path.parent)) if path.parent.is_dir() else []) == before
 
 
-GOOD = csv_text(motion_rows())
+GOOD = csv_text(good())
 LINES = GOOD.splitlines()
 
 
@@ -195,7 +177,7 @@ def test_csv_whose_whole_last_row_has_no_line_end_is_read_and_noted(
 
 def test_csv_of_this_package_cut_anywhere_in_its_last_row_is_refused_or_right(tmp_path: Path) -> None:
     """Shortest-form numbers: what is taken for whole may lack no more than its very last digits."""
-    text = csv_text(motion_rows())
+    text = csv_text(good())
     last = float(text.rpartition(",")[2])
     path, accepted = tmp_path / "a.csv", 0
     for length in range(text.rindex("\n", 0, -1) + 2, len(text)):
@@ -218,11 +200,11 @@ def npz(**arrays: np.ndarray) -> Callable[[Path], None]:
 
 
 def truncated(path: Path) -> None:
-    path.write_bytes(write_npz(path, motion_rows()).read_bytes()[:-100])
+    path.write_bytes(write_npz(path, good()).read_bytes()[:-100])
 
 
 def damaged(path: Path) -> None:
-    data = bytearray(write_npz(path, motion_rows()).read_bytes())
+    data = bytearray(write_npz(path, good()).read_bytes())
     data[300] ^= 0xFF
     path.write_bytes(bytes(data))
 
@@ -260,7 +242,7 @@ def test_files_that_are_no_recording(name: str, make: Callable[[Path], object], 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
-    path = write_csv(tmp_path / "a.csv", motion_rows())
+    path = write_csv(tmp_path / "a.csv", good())
     path.chmod(0)
     refused(path, "found no permission to read it")
 
@@ -274,7 +256,7 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
     ],
 )
 def test_targets_that_cannot_be_written(target: str, message: str, tmp_path: Path) -> None:
-    source = write_csv(tmp_path / "a.csv", motion_rows())
+    source = write_csv(tmp_path / "a.csv", good())
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(BadInput, match=message):
         convert(str(source), str(tmp_path / target), {})
@@ -282,7 +264,7 @@ def test_targets_that_cannot_be_written(target: str, message: str, tmp_path: Pat
 
 
 def test_topics_mean_nothing_to_a_table(tmp_path: Path) -> None:
-    source = write_csv(tmp_path / "a.csv", motion_rows())
+    source = write_csv(tmp_path / "a.csv", good())
     with pytest.raises(BadInput, match=r"--topic force=/ft: found a \.csv file, without topics"):
         load(source, {"force": "/ft"})
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from samples import contact, csv_text, motion_rows, same
+from samples import contact, same
+from table_samples import csv_text, good
 
 from mmt_drake.cli.convert import convert
 from mmt_drake.errors import BadInput
@@ -64,7 +65,7 @@ def test_clouds_and_constants_survive(ending: str, tmp_path: Path) -> None:
 
 
 def test_a_chain_of_conversions_ends_where_it_began(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text(csv_text(motion_rows()))
+    (tmp_path / "a.csv").write_text(csv_text(good()))
     for source, target in [("a.csv", "b.mcap"), ("b.mcap", "c.npz"), ("c.npz", "d.csv")]:
         summary = convert(str(tmp_path / source), str(tmp_path / target), {})
         assert "50 samples" in summary
@@ -93,14 +94,14 @@ def test_the_contract_s_examples_read_as_numpy_reads_them(name: str, recordings:
 
 @pytest.mark.parametrize("text", ["\ufeff{}", "{}\n\n", " {}"])
 def test_csv_from_other_programs_reads_the_same(text: str, tmp_path: Path) -> None:
-    plain = csv_text(motion_rows())
+    plain = csv_text(good())
     (tmp_path / "a.csv").write_text(plain)
     (tmp_path / "b.csv").write_text(text.format(plain).replace("\n", "\r\n"), encoding="utf-8")
     same(load(tmp_path / "a.csv"), load(tmp_path / "b.csv"))
 
 
 def test_missing_optional_columns_are_derived_and_told(tmp_path: Path) -> None:
-    rows = motion_rows()
+    rows = good()
     (tmp_path / "a.csv").write_text(csv_text(rows))
     read = load(tmp_path / "a.csv")
     np.testing.assert_array_equal(read["in_contact"], (rows["position_z"] < 0).astype(float))
@@ -110,7 +111,7 @@ def test_missing_optional_columns_are_derived_and_told(tmp_path: Path) -> None:
 
 
 def test_an_operator_s_motion_needs_no_force_where_it_is_asked_for_as_one(tmp_path: Path) -> None:
-    rows = {name: values for name, values in motion_rows().items() if not name.startswith("force")}
+    rows = {name: values for name, values in good().items() if not name.startswith("force")}
     (tmp_path / "a.csv").write_text(csv_text(rows))
     assert load(tmp_path / "a.csv", forces=False).kind == "motion"
     with pytest.raises(BadInput, match="force_x, force_y, force_z"):

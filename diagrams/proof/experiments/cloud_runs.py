@@ -21,7 +21,7 @@ from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames, perfect_depth, rendered_scene
 from mmt_drake.hw.realsense.untouched import Untouched, untouched
-from mmt_drake.hw.realsense.view import TableScene, View
+from mmt_drake.hw.realsense.view import BOX, TableScene, View
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 from mmt_drake.numeric.arrays import Array, Flags
@@ -61,7 +61,7 @@ class CloudPlan:
     rate: float = 30.0
     latency: float = 0.03
     seed: int = 0
-    scene: TableScene = field(default_factory=TableScene)
+    scene: TableScene = BOX
 
     def __post_init__(self) -> None:
         for alpha in self.alpha:
@@ -243,7 +243,7 @@ def run_cloud(plan: CloudPlan, progress: Progress = unheard) -> Result:
     """
     intrinsics, where = plan.view.intrinsics(), plan.view.extrinsics()
     depth = perfect_depth(rendered_scene(intrinsics, where, plan.scene))
-    table = perfect_depth(rendered_scene(intrinsics, where, replace(plan.scene, empty=True)))
+    table = perfect_depth(rendered_scene(intrinsics, where, replace(plan.scene, solids=())))
     motion = plan.motion()
 
     builder = DiagramBuilder()
@@ -267,7 +267,7 @@ def run_cloud(plan: CloudPlan, progress: Progress = unheard) -> Result:
         for alpha, voxel in product(plan.alpha, plan.voxel):
             smooth = None if alpha == 1.0 else TemporalFilter(alpha)
             convert = DepthToCloud(intrinsics, calibration.extrinsics, CloudSettings(voxel=voxel), smooth)
-            shown = untouched(convert, noise, depth, plan.scene, _R2)
+            shown = untouched(convert, noise, depth, plan.scene.solids[0], _R2)
             camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=plan.rate, latency=plan.latency))
             detector = builder.AddSystem(ContactDetector(ProxySettings(r2=_R2, surface_offset=shown.offset)))
             builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
@@ -314,5 +314,5 @@ def calibrate(plan: CloudPlan, table: NDArray[np.float32], noise: DepthNoise) ->
     x, y, _ = where.position
     tolerance = max(0.005, 4.0 * noise.axial_z2)
     return calibrate_on_table(
-        np.concatenate(points)[::7], object_height=plan.scene.size[2], foot=(x, y), tolerance=tolerance
+        np.concatenate(points)[::7], object_height=-plan.scene.low, foot=(x, y), tolerance=tolerance
     )
