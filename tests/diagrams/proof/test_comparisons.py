@@ -71,11 +71,13 @@ def test_the_page_of_figures_in_docs_has_the_columns_that_the_study_gives(networ
 
 
 @pytest.mark.parametrize("name", COMPARISONS)
-def test_the_cases_of_a_comparison_share_motion_and_seed_and_can_be_built(name):
+def test_the_cases_of_a_comparison_share_motion_seed_and_noise_and_can_be_built(name):
     scenarios = COMPARISONS[name].cases(Asked(Path(), seed=7, seconds=5.0))
     assert len(scenarios) > 3
     assert all(scenario.seed == 7 and scenario.duration == 5.0 for scenario in scenarios.values())
     assert len({str(scenario.operator) for scenario in scenarios.values()}) <= len(scenarios) // 3
+    noises = {scenario.environment.noise for scenario in scenarios.values()}
+    assert noises == {load_scenario("setup1-free-running").environment.noise} == {NOISE}
     built = build_station(list(scenarios.values())[-1])
     built.simulate(0.01)
 
@@ -129,13 +131,6 @@ def test_a_late_flag_makes_energy_unless_energy_permits():
     )
     assert not returnable(free).holds and returnable(free).least < -1e-3
     assert returnable(kept).least > -1e-6
-
-
-@pytest.mark.parametrize("name", COMPARISONS)
-def test_sensors_have_the_noise_that_the_figures_to_reach_are_asked_under(name):
-    scenarios = COMPARISONS[name].cases(Asked(Path(), seconds=5.0)).values()
-    assert {scenario.environment.noise for scenario in scenarios} == {NOISE}
-    assert load_scenario("setup1-free-running").environment.noise == NOISE
 
 
 def test_errors_are_told_against_the_force_without_noise_and_with_the_policy_of_updates(network):
