@@ -276,7 +276,7 @@ figure = Figure(figsize=(WIDTH_IN, 3.2))
 panel = figure.subplots()
 for trial in trials:
     ratios = [100.0 * trial.rendered_error[band] for band in bands]
-    style = {"color": BLACK, "linewidth": 2.5} if trial.cause.block is None else {}
+    style = {"color": BLACK, "linewidth": 2.5} if trial.cause.group == "none" else {}
     panel.semilogy(list(bands.values()), ratios, "o-", label=trial.cause.name, **style)
 panel.set(ylabel="error of the rendered force [%]", title="Each cause has its own shape over frequency")
 panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

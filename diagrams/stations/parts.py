@@ -53,7 +53,12 @@ _END = 2.0**30  # [s] of the clock's trajectory, 34 years
 # ---------------------------------------------------------------------------------------------- to the telerobot
 def to_telerobot(site: Site) -> System:
     """The network to the telerobot, which waits where the hand starts until the first packet arrives."""
-    return _of_motion(site, site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED))
+    return _of_motion(site, _there(site))
+
+
+def _there(site: Site) -> ChannelConfig:
+    """The network to the telerobot: all that travels in its packets has its seed."""
+    return site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED)
 
 
 def to_renderer(site: Site) -> System | None:
@@ -71,10 +76,9 @@ def stamps_to_telerobot(site: Site) -> Diagram | None:
     """`received` (1): when the operator sent what the telerobot receives now [s].
 
     For an estimator that tells with it where friction holds the body. Stamps travel in the packets that carry the
-    motion: their network has the same seed.
+    motion.
     """
-    config = site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED)
-    return stamps(config, site.step) if "held_body" in returned(site.scenario) else None
+    return stamps(_there(site), site.step) if "held_body" in returned(site.scenario) else None
 
 
 def stamps(config: ChannelConfig, period: float) -> Diagram:
@@ -93,10 +97,8 @@ def stamps(config: ChannelConfig, period: float) -> Diagram:
 
 
 def grip_to_telerobot(site: Site) -> System | None:
-    """The grip, in the packets that carry the motion: with their seed."""
-    if site.scenario.carrying is None:
-        return None
-    return network_channel(site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED), 1, site.step)
+    """The grip, in the packets that carry the motion."""
+    return None if site.scenario.carrying is None else network_channel(_there(site), 1, site.step)
 
 
 def measured_stamps(site: Site) -> System | None:
@@ -144,10 +146,8 @@ def arm_model(site: Site) -> System | None:
 
 
 def energy_to_telerobot(site: Site) -> System | None:
-    """Its energy, in the packets that carry the motion: with their seed."""
-    if site.scenario.renderer.passivity is None:
-        return None
-    return network_channel(site.seeded(site.scenario.to_telerobot, _TO_TELEROBOT_SEED), 3, site.step)
+    """Its energy, in the packets that carry the motion."""
+    return None if site.scenario.renderer.passivity is None else network_channel(_there(site), 3, site.step)
 
 
 # ------------------------------------------------------------------------------------------------- at the object

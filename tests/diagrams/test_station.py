@@ -1,14 +1,14 @@
 """Set-up 1, wired: repeatable, delayed to the tick, and right where the estimate is."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.files import write_cloud
+from mmt_drake.diagrams.proof.experiments.changes import NOISE, sensing
 from mmt_drake.diagrams.stations.hands import load_operator
+from mmt_drake.diagrams.stations.run import run
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
@@ -18,21 +18,18 @@ from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import Recording, load
 from mmt_drake.simulation import simulate
-from mmt_drake.systems.flexible_box import SensorNoise
 
 EVERYTHING = "setup1-everything"
 
 
-def record(path, name, *changes, seconds=None):
-    station = build_station(load_scenario(name, changes), record=path)
-    station.simulate(seconds)
-    return load(path)
+def record(name, *changes, seconds=None, path=None):
+    return run(load_scenario(name, changes), seconds=seconds, record=path)
 
 
 @pytest.fixture(scope="module")
-def waiting(tmp_path_factory):
+def waiting():
     """Set-up 1 whose estimator waits after each touch, so that no sample from before it is learned from."""
-    return record(tmp_path_factory.mktemp("waiting") / "out.mcap", "setup1", "estimator.settle=0.5", seconds=25)
+    return record("setup1", "estimator.settle=0.5", seconds=25)
 
 
 def outputs(diagram, context):
@@ -42,20 +39,17 @@ def outputs(diagram, context):
 
 def test_same_scenario_and_seed_give_bit_identical_recordings_and_another_seed_another(tmp_path):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        record(tmp_path / f"{name}.mcap", EVERYTHING, f"seed={seed}", seconds=3)
+        record(EVERYTHING, f"seed={seed}", seconds=3, path=tmp_path / f"{name}.mcap")
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
     forces = [load(tmp_path / f"{name}.mcap")["force_z"] for name in "bc"]
     assert np.abs(forces[0] - forces[1]).max() > 0.01
 
 
-def test_a_plant_has_the_effects_of_its_scenario(tmp_path):
+def test_a_plant_has_the_effects_of_its_scenario():
     at = "environment.object.effects"
     stiffer = "[{name: nonlinear_stiffness, parameters: {k3: 1.0e6}}]"
     biased = "[{name: force_bias, parameters: {bias: 0.3}}]"
-    plain, stiff, off = (
-        record(tmp_path / f"{i}.mcap", "setup1", f"{at}={effects}", seconds=2.5)
-        for i, effects in enumerate(("[]", stiffer, biased))
-    )
+    plain, stiff, off = (record("setup1", f"{at}={effects}", seconds=2.5) for effects in ("[]", stiffer, biased))
     model = load_scenario("setup1", [f"{at}={stiffer}"]).environment.object
     again = simulate(model, stiff)
     for axis in "xy":
@@ -88,8 +82,8 @@ def test_the_recorded_force_is_what_simulate_says_of_the_recorded_motion(waiting
     assert recording["in_contact"].min() == 0 and recording["in_contact"].max() == 1
 
 
-def test_delay_reaches_the_telerobot_and_comes_back_to_the_tick(tmp_path):
-    recording = record(tmp_path / "out.mcap", "setup1-delay", "to_telerobot.delay=0.25", seconds=15)
+def test_delay_reaches_the_telerobot_and_comes_back_to_the_tick():
+    recording = record("setup1-delay", "to_telerobot.delay=0.25", seconds=15)
     np.testing.assert_array_equal(recording.vector("position")[250:], recording.vector("master_position")[:-250])
     # The flag arrives 400 ms after it left the detector, from the first model that can be rendered on.
     detected = recording["detected_contact"]
@@ -133,8 +127,8 @@ def test_the_detector_agrees_with_geometry_but_for_a_few_ticks(waiting):
     assert np.mean(waiting["detected_contact"] != waiting["in_contact"]) < 0.002
 
 
-def test_the_proxy_spring_renders_what_the_cloud_says(tmp_path):
-    recording = record(tmp_path / "out.mcap", "setup1", "renderer=!ProxySpring {k: 400}", seconds=8)
+def test_the_proxy_spring_renders_what_the_cloud_says():
+    recording = record("setup1", "renderer=!ProxySpring {k: 400}", seconds=8)
     depth = -recording["master_position_z"]
     pressed = depth > 1e-3
     error = recording["rendered_force_z"][pressed] - 400 * depth[pressed]
@@ -143,22 +137,21 @@ def test_the_proxy_spring_renders_what_the_cloud_says(tmp_path):
     assert np.all(recording["rendered_force_z"][depth < -1e-3] == 0)
 
 
-def test_the_object_lies_under_a_hand_that_was_recorded_elsewhere(tmp_path):
+def test_the_object_lies_under_a_hand_that_was_recorded_elsewhere():
     t = np.arange(6000) * 1e-3
     position = np.column_stack([0.4 + 0.02 * np.sin(7 * t), 0.02 * np.sin(9 * t) - 0.3, -0.004 * np.sin(3 * t)])
     velocity = np.column_stack([0.14 * np.cos(7 * t), 0.18 * np.cos(9 * t), -0.012 * np.cos(3 * t)])
     names = [f"{name}_{axis}" for name in ("position", "velocity") for axis in "xyz"]
     hand = Recording(t, dict(zip(names, np.hstack([position, velocity]).T, strict=True)))
-    build_station(load_scenario("setup1", ["duration=null"]), record=tmp_path / "out.mcap", operator=hand).simulate()
-    recording = load(tmp_path / "out.mcap")
+    recording = run("setup1", operator=hand)
     assert np.mean(recording["detected_contact"] != recording["in_contact"]) < 0.005
     assert 0.3 < recording["in_contact"].mean() < 0.7
 
 
 def test_a_surface_from_a_file_is_the_surface_that_is_touched(tmp_path):
     write_cloud(plane(30_000), tmp_path / "top.ply")
-    from_file = record(tmp_path / "a.mcap", "setup1", f"environment.cloud={{file: {tmp_path / 'top.ply'}}}", seconds=3)
-    drawn = record(tmp_path / "b.mcap", "setup1", seconds=3)
+    from_file = record("setup1", f"environment.cloud={{file: {tmp_path / 'top.ply'}}}", seconds=3)
+    drawn = record("setup1", seconds=3)
     np.testing.assert_array_equal(from_file["detected_contact"], drawn["detected_contact"])
     thin = build_station(
         load_scenario("setup1", [f"environment.cloud={{file: {tmp_path / 'top.ply'}, voxel: 0.01}}"])
@@ -179,14 +172,10 @@ def test_a_cloud_is_beside_the_operator_a_delay_after_it_was_seen_and_no_frame_e
     assert len(detector.GetInputPort("point_cloud").Eval(context)) == 30_000
 
 
-def test_sensor_noise_changes_the_measurement_but_not_the_plant(tmp_path):
+def test_sensor_noise_changes_the_measurement_but_not_the_plant():
     scenario = load_scenario("setup1")
-    noisy = dataclasses.replace(
-        scenario, environment=dataclasses.replace(scenario.environment, noise=SensorNoise(0.02, 1e-5, 5e-4))
-    )
-    build_station(noisy, record=tmp_path / "noisy.mcap").simulate(3)
-    build_station(scenario, record=tmp_path / "clean.mcap").simulate(3)
-    first, second = load(tmp_path / "noisy.mcap"), load(tmp_path / "clean.mcap")
+    noisy = sensing(NOISE)(scenario)
+    first, second = (run(each, seconds=3) for each in (noisy, scenario))
     np.testing.assert_array_equal(first.vector("true_force"), second.vector("true_force"))
     error = first.vector("force") - first.vector("true_force")
     assert error.std() == pytest.approx(0.02, rel=0.05)
@@ -223,8 +212,8 @@ def test_an_interactive_hand_needs_a_viewer():
         build_station(load_scenario("setup1", ["operator=!Interactive {}"]))
 
 
-def test_the_free_running_set_up_follows_the_plant_within_three_seconds(tmp_path):
-    found = record(tmp_path / "a.mcap", "setup1-free-running", seconds=3)
+def test_the_free_running_set_up_follows_the_plant_within_three_seconds():
+    found = record("setup1-free-running", seconds=3)
     late = (found["in_contact"] > 0.5) & (found.time > 2.0)
     assert np.count_nonzero(late) > 500
     plant, rendered = (found.vector(name)[late] for name in ("true_force", "rendered_force"))
@@ -232,9 +221,9 @@ def test_the_free_running_set_up_follows_the_plant_within_three_seconds(tmp_path
     assert np.linalg.norm(found.vector("force")[late] - plant) > 0.001 * np.linalg.norm(plant)  # there is noise
 
 
-def test_how_sure_the_estimator_is_and_what_ails_its_input_is_recorded_where_it_tells(tmp_path):
+def test_how_sure_the_estimator_is_and_what_ails_its_input_is_recorded_where_it_tells():
     limit = "estimator=!OutputErrorOptions {force_limit: 6.0}"
-    found = record(tmp_path / "a.mcap", "setup1", limit, seconds=1.5)
+    found = record("setup1", limit, seconds=1.5)
     first = [found[f"theta_deviation_{name}"][0] for name in THETA]
     np.testing.assert_array_equal(first, Learner(OutputErrorOptions()).beginning().deviation)
     assert found["theta_deviation_normal_k"][-1] < 0.05 * found["theta_normal_k"][-1]
@@ -243,6 +232,6 @@ def test_how_sure_the_estimator_is_and_what_ails_its_input_is_recorded_where_it_
     assert beyond.size
     assert (told[beyond[beyond < len(told) - 2] + 1] == Status.SATURATED).all()
     assert {Status.FREE, Status.LEARNING} & set(told[: beyond[0]])
-    without = record(tmp_path / "b.mcap", "setup1", seconds=0.1)
+    without = record("setup1", seconds=0.1)
     assert "theta_m" in without
     assert not {"theta_deviation_m", "estimator_status"} & set(without.columns)

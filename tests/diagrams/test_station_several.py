@@ -3,21 +3,20 @@
 import numpy as np
 import pytest
 
+from mmt_drake.diagrams.stations.run import run
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
-from mmt_drake.recording import Recording, load
+from mmt_drake.recording import Recording
 
 IDEAL = ["environment.cloud={points: 6000, rate: 15}", "environment.cloud.!=SurfaceCloud"]
 NOT_LATE = [f"{way}={{}}" for way in ("to_telerobot", "to_operator")]
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+def recording() -> Recording:
     """The first two visits of set-up 4 without delay, tops as they are."""
-    file = tmp_path_factory.mktemp("several") / "run.mcap"
-    build_station(load_scenario("setup4", IDEAL + NOT_LATE), record=file).simulate(14.0)
-    return load(file)
+    return run(load_scenario("setup4", IDEAL + NOT_LATE), seconds=14.0)
 
 
 def test_the_object_below_the_hand_is_touched_and_both_sides_tell_it_in_time(recording: Recording) -> None:

@@ -1,28 +1,25 @@
 """Set-up 3 in simulation: what holds the probe, what it measures, and how the station is wired about it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from mmt_drake.diagrams.stations.arm import missing_arm
 from mmt_drake.diagrams.stations.blocks import station_blocks
+from mmt_drake.diagrams.stations.run import run
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.diagrams.stations.telerobots import CompliantTip, Panda
 from mmt_drake.errors import BadInput, MissingDependency
-from mmt_drake.recording import Recording, load
+from mmt_drake.recording import Recording
 
 FEW_POINTS = "environment.cloud.points=4000"
 LIGHT = [FEW_POINTS, "clouds=none"]
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+def recording() -> Recording:
     """Set-up 3 as shipped, but for fewer points."""
-    path = tmp_path_factory.mktemp("setup3") / "out.mcap"
-    build_station(load_scenario("setup3", LIGHT), record=path).simulate(9.0)
-    return load(path)
+    return run(load_scenario("setup3", LIGHT), seconds=9.0)
 
 
 def test_set_up_3_is_the_thesis_s_object_under_an_arm() -> None:
@@ -55,11 +52,9 @@ def test_the_force_felt_is_the_one_measured_although_the_arm_yields(recording: R
     assert np.linalg.norm(felt - true) < 0.05 * np.linalg.norm(true)
 
 
-def test_a_row_belongs_to_one_instant_although_the_measurement_is_late(recording: Recording, tmp_path: Path) -> None:
+def test_a_row_belongs_to_one_instant_although_the_measurement_is_late(recording: Recording) -> None:
     """F_com = K (x_m - x_s) + D (v_m - v_s) of the row's own motions, to the tick: sensors without noise show it."""
-    scenario = load_scenario("setup3", [*LIGHT, "telerobot.sensor.noise={}"])
-    build_station(scenario, record=tmp_path / "out.mcap").simulate(2.0)
-    quiet = load(tmp_path / "out.mcap")
+    quiet = run(load_scenario("setup3", [*LIGHT, "telerobot.sensor.noise={}"]), seconds=2.0)
     gains = CompliantTip().impedance
     away, slower = (quiet.vector(f"master_{part}") - quiet.vector(part) for part in ("position", "velocity"))
     told = quiet.vector("command_force")[20:]
@@ -99,18 +94,15 @@ def test_what_does_not_fit_a_telerobot_is_refused(change: str, told: str) -> Non
         load_scenario("setup3", [change])
 
 
-def test_a_whole_arm_takes_the_place_of_its_tip_or_says_what_is_missing(tmp_path: Path) -> None:
+def test_a_whole_arm_takes_the_place_of_its_tip_or_says_what_is_missing() -> None:
     scenario = load_scenario("setup3", [*LIGHT, "telerobot=!Panda {}"])
     if missing_arm() is not None:
         with pytest.raises(MissingDependency, match="example-robot-data not found; install"):
             build_station(scenario)
         return
-    build_station(scenario, record=tmp_path / "out.mcap").simulate(2.0)
-    arm = load(tmp_path / "out.mcap")
+    arm = run(scenario, seconds=2.0)
     # Along the strokes a Panda that holds its orientation there is (J M^-1 J')^-1 = 3.95 kg at its tip.
-    as_heavy = load_scenario("setup3", [*LIGHT, "telerobot.mass=3.95"])
-    build_station(as_heavy, record=tmp_path / "tip.mcap").simulate(2.0)
-    tip = load(tmp_path / "tip.mcap")
+    tip = run(load_scenario("setup3", [*LIGHT, "telerobot.mass=3.95"]), seconds=2.0)
     np.testing.assert_allclose(arm.vector("position"), tip.vector("position"), atol=3e-3)
 
 

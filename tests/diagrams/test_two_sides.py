@@ -14,8 +14,8 @@ from sides_in_step import InStep
 
 from mmt_drake.analysis.metrics import measure
 from mmt_drake.diagrams.stations.returned import returned
-from mmt_drake.diagrams.stations.scenario import load_scenario
-from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.stations.run import run
+from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.hw.link.keys import write_key
 from mmt_drake.hw.link.options import OPERATOR, ROLES, TELEROBOT
 from mmt_drake.network.config import ChannelConfig
@@ -26,6 +26,23 @@ from mmt_drake.recording.two_recordings import join
 pytest.importorskip("cryptography", reason="the extra `link` is not installed")
 
 PARAMETERS = ("m", "k1", "k2", "b1", "b2", "Fc", "normal_k", "normal_b")
+
+
+def one_process(scenario: Scenario, seconds: float) -> Recording:
+    """The station with the ticks that the link takes: the operator ticks first.
+
+    Its motion is there a tick later, and what answers it one more.
+    """
+    delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
+    return run(delayed, seconds=seconds)
+
+
+def tick_until_felt(made: InStep) -> int:
+    """Go on until there is a force; gives the next tick."""
+    for _ in made.ticks(0, 2000):
+        if np.abs(made.read(OPERATOR, "rendered_force")).max() > 0.3:
+            return round(made.simulators[OPERATOR].get_context().get_time() * 1e3)
+    pytest.fail("nothing was felt in 2 s")
 
 
 @pytest.fixture
@@ -43,11 +60,7 @@ def test_two_sides_in_step_are_the_station_with_the_ticks_that_the_link_takes_to
     ticks = 2500
     assert [*in_step.ticks(0, ticks)][-1] == ticks
     in_step.close()
-    # The operator ticks first: its motion is there a tick later, and what answers it one more.
-    scenario = in_step.sides[OPERATOR].scenario
-    delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
-    build_station(delayed, record=tmp_path / "one.mcap").simulate(ticks * 1e-3)
-    one = load(tmp_path / "one.mcap")
+    one = one_process(in_step.sides[OPERATOR].scenario, ticks * 1e-3)
     operator, telerobot = load(tmp_path / "operator.mcap", forces=False), load(tmp_path / "telerobot.mcap")
     more = telerobot.columns.keys() - one.columns.keys()
     assert more == {"peer_alive", *(f"link_clock_{name}" for name in LINK_CLOCKS)}
@@ -72,9 +85,7 @@ def test_two_sides_joined_are_what_one_process_records_within_what_their_clocks_
     for _ in made.ticks(0, 4000):
         pass
     made.close()
-    delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
-    build_station(delayed, record=tmp_path / "one.mcap").simulate(4.0)
-    one = load(tmp_path / "one.mcap")
+    one = one_process(scenario, 4.0)
     both = join(load(tmp_path / "operator.mcap", forces=False), load(tmp_path / "telerobot.mcap"))
     open_s, joined = both.clocks.uncertainty, both.recording
     assert open_s < 0.6e-3 and abs(both.clocks.offset) <= open_s  # there is one clock, and a tick of a way back
@@ -109,9 +120,7 @@ def test_every_renderer_gets_across_what_it_needs(tmp_path: Path, changes: list[
     made, ticks = InStep(scenario, tmp_path), 1500
     felt = [made.read(OPERATOR, "rendered_force") for _ in made.ticks(0, ticks)]
     made.close()
-    delayed = replace(scenario, to_telerobot=ChannelConfig(delay=1e-3), to_operator=ChannelConfig(delay=2e-3))
-    build_station(delayed, record=tmp_path / "one.mcap").simulate(ticks * 1e-3)
-    one = load(tmp_path / "one.mcap")
+    one = one_process(scenario, ticks * 1e-3)
     expected = np.column_stack([one.columns[f"rendered_force_{axis}"] for axis in "xyz"])[1:]
     assert np.abs(expected).max() > 0.5
     # A recording waits for an arm's measurement, who feels does not.
@@ -133,12 +142,7 @@ def test_a_detector_beside_the_operator_sees_the_telerobot_s_surface_until_it_is
     changes = ["switching=operator", "environment.cloud.points=2000", "estimator=!OutputErrorOptions {}"]
     scenario = load_scenario("setup1", [*changes, "operator.parameters={}"])
     made = InStep(scenario, tmp_path)
-    for _ in made.ticks(0, 2000):
-        if np.abs(made.read(OPERATOR, "rendered_force")).max() > 0.3:
-            break
-    else:
-        pytest.fail("nothing was felt in 2 s")
-    start = round(made.simulators[OPERATOR].get_context().get_time() * 1e3)
+    start = tick_until_felt(made)
     made.cut = True
     felt = [np.abs(made.read(OPERATOR, "rendered_force")).max() for _ in made.ticks(start, start + 140)]
     assert felt[90] > 0.1 and not any(felt[101 + 34 :])  # the timeout, and a frame
@@ -146,16 +150,9 @@ def test_a_detector_beside_the_operator_sees_the_telerobot_s_surface_until_it_is
 
 
 def test_a_lost_telerobot_is_no_longer_felt_and_a_lost_operator_s_probe_stands_still(in_step: InStep) -> None:
-    for _ in in_step.ticks(0, 2000):
-        if np.abs(in_step.read(OPERATOR, "rendered_force")).max() > 0.3:
-            break
-    else:
-        pytest.fail("nothing was felt in 2 s")
-    start = round(in_step.simulators[OPERATOR].get_context().get_time() * 1e3)
+    start = tick_until_felt(in_step)
     in_step.cut = True
-    felt = []
-    for _ in in_step.ticks(start, start + 130):
-        felt.append(np.abs(in_step.read(OPERATOR, "rendered_force")).max())
+    felt = [np.abs(in_step.read(OPERATOR, "rendered_force")).max() for _ in in_step.ticks(start, start + 130)]
     assert in_step.read(OPERATOR, "alive") == in_step.read(TELEROBOT, "alive") == 0.0
     assert felt[90] > 0.1 and not any(felt[103:])  # the timeout is 100 ms
     probe = in_step.read(TELEROBOT, "measurement")
@@ -174,9 +171,7 @@ def test_a_proxy_renderer_sees_the_telerobot_s_surface(tmp_path: Path) -> None:
     made = InStep(scenario, tmp_path)
     felt = [made.read(OPERATOR, "rendered_force")[2] for _ in made.ticks(0, 1500)]
     made.close()
-    one = build_station(scenario, record=tmp_path / "one.mcap")
-    one.simulate(1.5)
-    expected = load(tmp_path / "one.mcap").columns["rendered_force_z"]
+    expected = run(scenario, seconds=1.5)["rendered_force_z"]
     # Points in single precision, a frame of 33 ms later at most.
     assert np.max(felt) == pytest.approx(np.max(expected), rel=0.05)
     assert np.corrcoef(felt, expected[1:])[0, 1] > 0.98
@@ -215,8 +210,7 @@ def two_processes(
             pytest.skip(f"the machine is too busy: {side} was {overruns['behind_p99_s']:.2f} s late at p99")
     recordings = {side: load(folder / f"{side}.mcap", forces=side == TELEROBOT) for side in ROLES}
     scenario = load_scenario("setup1", ["estimator.equations=all", "step=0.002"])
-    build_station(scenario, record=folder / "one.mcap").simulate(12.0)
-    recordings["one"] = load(folder / "one.mcap")
+    recordings["one"] = run(scenario, seconds=12.0)
     return summaries, recordings
 
 

@@ -44,7 +44,7 @@ def test_a_cause_makes_the_rendered_force_worse_and_all_else_stays_as_recorded(t
     for cause in CAUSES[2:]:
         trial = by_name[cause.name]
         assert trial.rendered_error["all"] > 1.5 * none.rendered_error["all"], cause.name
-        if cause.block == "renderer":
+        if cause.group == "renderer":
             differing = {
                 n for n, v in trial.recording.columns.items() if not np.array_equal(v, none.recording[n], True)
             }

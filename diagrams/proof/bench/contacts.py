@@ -7,7 +7,7 @@ import numpy as np
 
 from mmt_drake.diagrams.proof.trial.cases import Case, draw_plain, draw_single
 from mmt_drake.diagrams.proof.trial.other_cases import draw_material
-from mmt_drake.diagrams.proof.trial.real.preparation import between
+from mmt_drake.diagrams.proof.trial.real.preparation import beginning
 from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.recording import Recording
 
@@ -49,9 +49,3 @@ def material_tests(count: int) -> list[tuple[Case, Recording]]:
         case = draw_material(rng, f"test {number}", effect, _SIZE, wrong=number % 2 == 1)
         found.append((case, beginning(case.recording(), _TEST_S)))
     return found
-
-
-def beginning(recording: Recording, seconds: float) -> Recording:
-    """The first seconds of a recording."""
-    start = float(recording.time[0])
-    return between(recording, start, start + seconds)

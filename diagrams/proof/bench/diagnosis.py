@@ -13,9 +13,10 @@ from typing import Any
 
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.workers import workers
-from mmt_drake.diagrams.proof.bench.contacts import beginning, contacts, material_tests
+from mmt_drake.diagrams.proof.bench.contacts import contacts, material_tests
 from mmt_drake.diagrams.proof.studies.measurement import Measurement
 from mmt_drake.diagrams.proof.trial.cases import Case
+from mmt_drake.diagrams.proof.trial.real.preparation import beginning
 from mmt_drake.diagrams.proof.trial.score import score
 from mmt_drake.errors import MissingDependency
 from mmt_drake.model_files import Model, parse_model

@@ -22,8 +22,8 @@ MODULES: Final = {
     "learning": "learning",
     "carrying": "carrying",
     "scene": "scene",
-    "arms": "arms",
-    "arm-force": "arms",
+    "arms": "arms.report",
+    "arm-force": "arms.probe",
     **dict.fromkeys(("estimators", "plants", "network", "updates", "peers", "bands", "surfaces"), "comparisons"),
 }
 """Name -> the module here that has it among its `STUDIES`."""

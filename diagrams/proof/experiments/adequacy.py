@@ -2,18 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Final
 
 import numpy as np
 
 from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
 from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn, path_of
 from mmt_drake.diagrams.proof.experiments.targets import FALSE_ALARMS, NOTICED
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, measured_along, own_force
-from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
-from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings, each_draw
+from mmt_drake.diagrams.proof.studies.of_known import of_known
+from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -87,12 +88,7 @@ def run_case(number: int, kind: str, seed: int) -> AdequacyCase:
     )
 
 
-def tasks_of(count: int, seed: int) -> list[partial[AdequacyCase]]:
-    """Every object as each kind."""
-    return [partial(run_case, number, kind, seed) for number in range(count) for kind in KINDS]
-
-
-def report_of(cases: Sequence[AdequacyCase], seed: int = 0) -> Report:
+def judge(cases: Sequence[AdequacyCase], seed: int) -> DrawnFindings:
     """What it comes to."""
     fitting = [case for case in cases if case.kind in ADEQUATE]
     alarms = sum(case.noticed_s is not None for case in fitting)
@@ -107,21 +103,11 @@ def report_of(cases: Sequence[AdequacyCase], seed: int = 0) -> Report:
         f"Of {len(fitting)} contacts whose law the model has, {alarms} are called MISFIT or CHANGED; of {len(others)} "
         f"others {sum(np.isfinite(late))} are noticed, after {np.median(late):.2f} s of contact (median)."
     ]
-    return report_of_cases(
-        "adequacy",
-        seed,
-        cases,
-        title="What the estimator says of its model",
-        lead=(
-            f"Objects drawn as in `experiment objects`, {SECONDS:g} s each, sensor noise as in set-up 1, friction as a "
-            f"vector; changes at {CHANGE:g} s; strokes unless said; seed {seed}. The own plant shares the kernel."
-        ),
-        heading="Adequacy of the model",
-        table=adequacy_table(cases),
-        by="By kind",
-        sentences=sentences,
-        reached=reached,
+    lead = (
+        f"Objects drawn as in `experiment objects`, {SECONDS:g} s each, sensor noise as in set-up 1, friction as a "
+        f"vector; changes at {CHANGE:g} s; strokes unless said; seed {seed}. The own plant shares the kernel."
     )
+    return DrawnFindings(lead, adequacy_table(cases), sentences, reached)
 
 
 def adequacy_table(cases: Sequence[AdequacyCase]) -> Table:
@@ -130,14 +116,22 @@ def adequacy_table(cases: Sequence[AdequacyCase]) -> Table:
     for kind in KINDS:
         some = [case for case in cases if case.kind == kind]
         soon = [case.noticed_s for case in some if case.noticed_s is not None]
-        errors = [100.0 * case.error for case in some if case.error is not None]
-        middle, last = (float(f(soon)) if soon else None for f in (np.median, np.max))
         counts: list[Cell] = [f"{len(soon)} of {len(some)}", f"{sum(case.changed for case in some)} of {len(some)}"]
-        rows.append([kind, *counts, middle, last, float(np.median(errors)) if errors else None])
+        error = of_known(np.median, (case.error for case in some))
+        rows.append([kind, *counts, of_known(np.median, soon), of_known(max, soon), in_percent(error)])
     headers = ["object", "MISFIT or CHANGED", "CHANGED", "after [s of contact], median", "worst"]
     headers += ["force off, 2 to 4 s later [%], median"]
     return Table(headers, rows, "What the estimator says, and how soon.")
 
 
-CASES: Final = DrawnCases("adequacy", "contacts", 10, tasks_of, report_of)
-STUDIES: Final = {CASES.name: CASES.study}
+CASES: Final = DrawnCases(
+    name="adequacy",
+    label="contacts",
+    usual=10,
+    tasks=each_draw(run_case, KINDS),
+    title="What the estimator says of its model",
+    heading="Adequacy of the model",
+    by="By kind",
+    judge=judge,
+)
+STUDIES: Final = CASES.studies

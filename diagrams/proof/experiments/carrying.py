@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,9 +14,8 @@ from numba import njit
 
 from mmt_drake.analysis.carried import LIFTED, carried_errors, share_of
 from mmt_drake.analysis.signals import vector
-from mmt_drake.analysis.table import Cell, Table
-from mmt_drake.analysis.wording import significant
-from mmt_drake.diagrams.proof.experiments.passivity import ALLOWED, STEP, wild_sets
+from mmt_drake.analysis.wording import in_percent, significant
+from mmt_drake.diagrams.proof.experiments.passivity import ALLOWED, STEP, strokes, wild_sets
 from mmt_drake.diagrams.proof.experiments.targets import (
     CARRIED,
     CARRIED_LATE,
@@ -25,8 +24,10 @@ from mmt_drake.diagrams.proof.experiments.targets import (
     CARRIED_SLIP,
     GIVEN,
 )
-from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
-from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.studies.columns import Column, tabled
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings
+from mmt_drake.diagrams.proof.studies.of_known import of_known
+from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.estimation.carried import SLIPS
@@ -194,12 +195,7 @@ def run_adversary(number: int, seed: int) -> CarryingCase:
     """Wild numbers of contact and load, a grip that opens in the air, a velocity that is wrong."""
     random = np.random.default_rng((seed, number, 7))
     signal = SIGNALS[number % len(SIGNALS)]
-    now = np.arange(TICKS) * STEP
-    path = np.zeros((TICKS, 3))
-    for axis, size in enumerate((0.02, 0.02, 0.03)):
-        for _ in range(3):
-            fast = np.exp(random.uniform(0.0, np.log(20.0)))
-            path[:, axis] += size / 3.0 * np.sin(fast * now + random.uniform(0.0, 6.3))
+    path = strokes(random, TICKS, (0.02, 0.02, 0.03), 20.0)
     seen = np.zeros((TICKS, 4))
     seen[:, 0] = 0.0 if signal == "dead" else 1.0
     if signal == "noisy":
@@ -235,18 +231,33 @@ def tasks_of(count: int, seed: int) -> list[partial[CarryingCase]]:
     return runs + [partial(run_adversary, number, seed) for number in range(ADVERSARIES * count)]
 
 
-def report_of(cases: Sequence[CarryingCase], seed: int = 0) -> Report:
+def _milliseconds(span: float | None) -> float | None:
+    return None if span is None else 1e3 * span
+
+
+COLUMNS: Final[tuple[Column[CarryingCase], ...]] = (
+    Column(lambda case: case.kind, "", "plant and delay"),
+    Column(lambda case: case.number, "", "draw"),
+    Column(lambda case: case.force, "", "force off [%]", in_percent),
+    Column(lambda case: case.across, "", "along x and y [%]", in_percent),
+    Column(lambda case: case.mass, "", "mass off after 3 s [%]", in_percent),
+    Column(lambda case: case.late_s, "", "lift and landing late [ms]", _milliseconds),
+    Column(lambda case: case.slip_s, "", "slip told after [ms]", _milliseconds),
+    Column(lambda case: case.given, "", "energy given [J]"),
+    Column(lambda case: case.pace, "", "times real time", lambda pace: 1.0 / pace if pace else None),
+)
+"""Of the table, run by run."""
+
+
+def judge(cases: Sequence[CarryingCase], seed: int) -> DrawnFindings:
     """What it comes to."""
     runs = [case for case in cases if case.pace is not None]
     reached: list[Reached] = []
     for kind in dict.fromkeys(case.kind for case in runs):
         some = [case for case in runs if case.kind == kind]
-        for target, worst in (
-            (CARRIED, _most(case.force for case in some)),
-            (CARRIED_MASS, _most(case.mass for case in some)),
-            (CARRIED_LATE, _most(case.late_s for case in some)),
-            (CARRIED_PACE, _most(case.pace for case in some)),
-        ):
+        figures = {CARRIED: "force", CARRIED_MASS: "mass", CARRIED_LATE: "late_s", CARRIED_PACE: "pace"}
+        for target, name in figures.items():
+            worst = of_known(max, (getattr(case, name) for case in some))
             reached += [] if worst is None else [Reached(kind, target, worst)]
     slips = [case.slip_s for case in runs if case.slip_s is not None]
     untold = float(sum(slip > _SOON_S for slip in slips))
@@ -258,50 +269,25 @@ def report_of(cases: Sequence[CarryingCase], seed: int = 0) -> Report:
         f"not put in; the most is {significant(worst_given, 2)} J.",
         f"{len(slips) - int(untold)} of {len(slips)} slips were told within {_SOON_S:g} s.",
     ]
-    return report_of_cases(
-        "carrying",
-        seed,
-        cases,
-        title="What is carried is felt",
-        lead=(
-            "Set-up 1 as `setup1-carrying` has it: an object is pushed, lifted, swung, carried across and put down "
-            "(the first draw; others scatter by 0.7 to 1.4 in mass and centre). Errors are of the rendered force "
-            "while it is off the table, all three axes, against the plant's without noise. The foreign plant is a "
-            "rigid rod in space that shares nothing with the model. Adversaries "
-            "change every number, the grip and the contact at random "
-            f"for {TICKS * STEP:g} s; seed {seed}."
-        ),
-        heading="Carried",
-        table=carrying_table(runs),
-        by="By plant and delay",
-        sentences=sentences,
-        reached=reached,
+    lead = (
+        "Set-up 1 as `setup1-carrying` has it: an object is pushed, lifted, swung, carried across and put down "
+        "(the first draw; others scatter by 0.7 to 1.4 in mass and centre). Errors are of the rendered force "
+        "while it is off the table, all three axes, against the plant's without noise. The foreign plant is a "
+        "rigid rod in space that shares nothing with the model. Adversaries "
+        "change every number, the grip and the contact at random "
+        f"for {TICKS * STEP:g} s; seed {seed}."
     )
+    return DrawnFindings(lead, tabled(runs, COLUMNS, "What was felt, and what was told."), sentences, reached)
 
 
-def _most(values: Iterable[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return max(known) if known else None
-
-
-def carrying_table(cases: Sequence[CarryingCase]) -> Table:
-    """Run by run."""
-    rows: list[list[Cell]] = []
-    for case in cases:
-        parts = [None if error is None else 100.0 * error for error in (case.force, case.across, case.mass)]
-        times = [None if span is None else 1e3 * span for span in (case.late_s, case.slip_s)]
-        rows.append([case.kind, case.number, *parts, *times, case.given, None if not case.pace else 1.0 / case.pace])
-    headers = [
-        "plant and delay",
-        "draw",
-        "force off [%]",
-        "along x and y [%]",
-        "mass off after 3 s [%]",
-        "lift and landing late [ms]",
-    ]
-    more = ["slip told after [ms]", "energy given [J]", "times real time"]
-    return Table([*headers, *more], rows, "What was felt, and what was told.")
-
-
-CASES: Final = DrawnCases("carrying", "runs", 1, tasks_of, report_of)
-STUDIES: Final = {CASES.name: CASES.study}
+CASES: Final = DrawnCases(
+    name="carrying",
+    label="runs",
+    usual=1,
+    tasks=tasks_of,
+    title="What is carried is felt",
+    heading="Carried",
+    by="By plant and delay",
+    judge=judge,
+)
+STUDIES: Final = CASES.studies

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, Final
 
@@ -16,6 +16,22 @@ from mmt_drake.rendering.updates import AtOnce, Blended
 from mmt_drake.systems.flexible_box import SensorNoise
 
 Change = Callable[[Scenario], Scenario]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One cause of an error of the rendered force, or several together.
+
+    Attributes:
+        name: in a few words.
+        group: where it sits: in a block of the station, in several, or `none`.
+        change: what it makes of a scenario.
+    """
+
+    name: str
+    group: str
+    change: Change
+
 
 NOISE: Final = SensorNoise(force=0.02, position=1e-5, velocity=5e-4)
 """Of set-up 1's sensors, where an experiment has any; what those of a Franka arm may have."""

@@ -14,6 +14,7 @@ from mmt_drake.analysis.table import Table
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.proof.experiments.cloud_runs import CameraCase, CloudPlan, Result, cases_of, run_cloud
 from mmt_drake.diagrams.proof.studies.columns import Column, documents, tabled
+from mmt_drake.diagrams.proof.studies.of_known import of_known
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Report, Study
 
 
@@ -73,12 +74,12 @@ def _milli(value: float) -> float:
 
 
 def _median(values: list[float]) -> float | None:
-    return 1e3 * float(np.median(values)) if values else None
+    return of_known(lambda some: 1e3 * np.median(some), values)
 
 
 def _spread(values: list[float]) -> float | None:
     """Half the range from the 5th to the 95th percentile."""
-    return 500.0 * float(np.diff(np.percentile(values, (5.0, 95.0)))[0]) if values else None
+    return of_known(lambda some: 500.0 * np.diff(np.percentile(some, (5.0, 95.0)))[0], values)
 
 
 COLUMNS: Final[tuple[Column[CameraCase], ...]] = (

@@ -21,7 +21,7 @@ from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames, perfect_depth, rendered_scene
 from mmt_drake.hw.realsense.untouched import Untouched, untouched
-from mmt_drake.hw.realsense.view import BOX, TableScene, View
+from mmt_drake.hw.realsense.view import BOX, View
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.motion.analytic import AnalyticMotion, Row, step
 from mmt_drake.numeric.arrays import Array, Flags
@@ -31,6 +31,7 @@ from mmt_drake.systems.scripted_operator import ScriptedOperator
 
 _CLEARANCE = 0.004  # of a hovering tip above the surface [m]
 _HOVER, _MOVE, _DWELL = 0.3, 0.4, 0.5  # [s]
+_LATENCY = 0.03  # [s] from the moment a frame shows to its cloud
 _REACH = 0.05  # greatest |x|, |y| of a touch [m]
 
 
@@ -45,9 +46,7 @@ class CloudPlan:
         alpha: and by temporal filters (`TemporalFilter`); 1: each frame stands alone.
         view: the camera, and where it stands.
         rate: frames per second [Hz].
-        latency: from the moment a frame shows to its cloud [s].
         seed: of hand and camera.
-        scene: the object.
 
     Raises:
         BadInput: no touches, or nothing to compare.
@@ -59,9 +58,7 @@ class CloudPlan:
     alpha: tuple[float, ...] = (1.0, 0.2)
     view: View = field(default_factory=View)
     rate: float = 30.0
-    latency: float = 0.03
     seed: int = 0
-    scene: TableScene = BOX
 
     def __post_init__(self) -> None:
         for alpha in self.alpha:
@@ -242,14 +239,14 @@ def run_cloud(plan: CloudPlan, progress: Progress = unheard) -> Result:
         BadInput: a camera that does not see the object.
     """
     intrinsics, where = plan.view.intrinsics(), plan.view.extrinsics()
-    depth = perfect_depth(rendered_scene(intrinsics, where, plan.scene))
-    table = perfect_depth(rendered_scene(intrinsics, where, replace(plan.scene, solids=())))
+    depth = perfect_depth(rendered_scene(intrinsics, where, BOX))
+    table = perfect_depth(rendered_scene(intrinsics, where, replace(BOX, solids=())))
     motion = plan.motion()
 
     builder = DiagramBuilder()
     hand = builder.AddSystem(ScriptedOperator(motion))
     box = builder.AddSystem(FlexibleBox(FlexibleBoxModel()))
-    view = builder.AddSystem(rendered_scene(intrinsics, where, plan.scene))
+    view = builder.AddSystem(rendered_scene(intrinsics, where, BOX))
     builder.Connect(hand.GetOutputPort("motion"), box.GetInputPort("motion"))
     builder.Connect(box.GetOutputPort("body"), view.GetInputPort("body"))
     truth = LogVectorOutput(box.GetOutputPort("in_contact"), builder, _STEP)
@@ -267,8 +264,8 @@ def run_cloud(plan: CloudPlan, progress: Progress = unheard) -> Result:
         for alpha, voxel in product(plan.alpha, plan.voxel):
             smooth = None if alpha == 1.0 else TemporalFilter(alpha)
             convert = DepthToCloud(intrinsics, calibration.extrinsics, CloudSettings(voxel=voxel), smooth)
-            shown = untouched(convert, noise, depth, plan.scene.solids[0], _R2)
-            camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=plan.rate, latency=plan.latency))
+            shown = untouched(convert, noise, depth, BOX.solids[0], _R2)
+            camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=plan.rate, latency=_LATENCY))
             detector = builder.AddSystem(ContactDetector(ProxySettings(r2=_R2, surface_offset=shown.offset)))
             builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
             builder.Connect(camera.GetOutputPort("point_cloud"), detector.GetInputPort("point_cloud"))
@@ -313,6 +310,4 @@ def calibrate(plan: CloudPlan, table: NDArray[np.float32], noise: DepthNoise) ->
     ]
     x, y, _ = where.position
     tolerance = max(0.005, 4.0 * noise.axial_z2)
-    return calibrate_on_table(
-        np.concatenate(points)[::7], object_height=-plan.scene.low, foot=(x, y), tolerance=tolerance
-    )
+    return calibrate_on_table(np.concatenate(points)[::7], object_height=-BOX.low, foot=(x, y), tolerance=tolerance)

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
@@ -13,8 +13,9 @@ from mmt_drake.diagrams.proof.experiments.comparisons.bound import bound_of, sen
 from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn, path_of
 from mmt_drake.diagrams.proof.experiments.targets import NOT_COVERED, OVER_THE_BOUND
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, by_axis, measured_along
-from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
-from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings, each_draw
+from mmt_drake.diagrams.proof.studies.of_known import of_known
+from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.estimation.output_error.fit import HALF_KNOWN
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -89,16 +90,6 @@ def _bound(model: FlexibleBoxModel, time: Array, path: Array) -> Array:
     return bound_of(model, slope, contact, NOISE.force, _OPTIONS.ticks)[1]
 
 
-def tasks_of(count: int, seed: int) -> list[partial[CoverageCase]]:
-    """Every object under every motion, on every plant."""
-    return [
-        partial(run_case, number, motion, plant, seed)
-        for number in range(count)
-        for motion in SECONDS
-        for plant in PLANTS
-    ]
-
-
 def _pooled(cases: Sequence[CoverageCase], plant: str) -> Iterator[tuple[float, str, Array, Array, int]]:
     """Contact, number, deviations that it is off, deviations over the bound, and how many do not tell it."""
     some = [case for case in cases if case.plant == plant]
@@ -111,11 +102,12 @@ def _pooled(cases: Sequence[CoverageCase], plant: str) -> Iterator[tuple[float, 
             yield after, name, known, bounds, len(off) - len(known)
 
 
-def _outside(off: Array) -> float:
+def _outside(off: ArrayLike) -> float:
+    """The share of numbers that are further off than two of their deviations."""
     return float(np.mean(np.abs(off) > 2.0))
 
 
-def report_of(cases: Sequence[CoverageCase], seed: int = 0) -> Report:
+def judge(cases: Sequence[CoverageCase], seed: int) -> DrawnFindings:
     """What it comes to."""
     reached, sentences = [], []
     for plant in PLANTS:
@@ -131,21 +123,11 @@ def report_of(cases: Sequence[CoverageCase], seed: int = 0) -> Report:
                 f"tells lie within two of their deviations."
             )
     objects = len({case.number for case in cases})
-    return report_of_cases(
-        "coverage",
-        seed,
-        cases,
-        title="How sure the estimator says it is",
-        lead=(
-            f"{objects} objects drawn as in `experiment objects`, each under {len(SECONDS)} motions; sensor noise as "
-            f"in set-up 1, friction as a vector; one sample a run; seed {seed}. The own plant shares the kernel."
-        ),
-        heading="Truth within two deviations",
-        table=coverage_table(cases),
-        by="By contact and number",
-        sentences=sentences,
-        reached=reached,
+    lead = (
+        f"{objects} objects drawn as in `experiment objects`, each under {len(SECONDS)} motions; sensor noise as "
+        f"in set-up 1, friction as a vector; one sample a run; seed {seed}. The own plant shares the kernel."
     )
+    return DrawnFindings(lead, coverage_table(cases), sentences, reached)
 
 
 def coverage_table(cases: Sequence[CoverageCase]) -> Table:
@@ -153,14 +135,22 @@ def coverage_table(cases: Sequence[CoverageCase]) -> Table:
     rows: list[list[Cell]] = []
     for plant in PLANTS:
         for after, name, off, over, unexcited in _pooled(cases, plant):
-            within = 100.0 * (1.0 - _outside(off)) if len(off) else None
-            furthest = float(np.max(np.abs(off))) if len(off) else None
-            wide = float(np.median(over)) if len(over) else None
+            within = of_known(lambda some: 100.0 * (1.0 - _outside(some)), off)
+            furthest, wide = of_known(max, np.abs(off)), of_known(np.median, over)
             rows.append([plant, after, name, len(off), within, furthest, wide, unexcited])
     headers = ["plant", "contact [s]", "number", "told by", "within two deviations [%]", "furthest off [deviations]"]
     headers += ["deviation over the bound, median", "not told by"]
     return Table(headers, rows, "The truth and the deviations that the estimator tells.")
 
 
-CASES: Final = DrawnCases("coverage", "runs", 20, tasks_of, report_of)
-STUDIES: Final = {CASES.name: CASES.study}
+CASES: Final = DrawnCases(
+    name="coverage",
+    label="runs",
+    usual=20,
+    tasks=each_draw(run_case, SECONDS, PLANTS),
+    title="How sure the estimator says it is",
+    heading="Truth within two deviations",
+    by="By contact and number",
+    judge=judge,
+)
+STUDIES: Final = CASES.studies

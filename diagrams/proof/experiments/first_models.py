@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -13,8 +12,9 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.first_model import fit
 from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.diagrams.proof.experiments.targets import TOLD_TRULY
-from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
-from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings, each_draw
+from mmt_drake.diagrams.proof.studies.of_known import of_known
+from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.diagrams.proof.trial.cases import draw_base
 from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession, MaterialSession
@@ -100,37 +100,24 @@ def _between(rng: np.random.Generator, low: float, high: float) -> float:
     return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
-def tasks_of(count: int, seed: int) -> list[partial[FittedCase]]:
-    """So many systems of each kind."""
-    return [partial(run_case, number, kind, seed) for number in range(count) for kind in KINDS]
-
-
-def report_of(cases: Sequence[FittedCase], seed: int = 0) -> Report:
+def judge(cases: Sequence[FittedCase], seed: int) -> DrawnFindings:
     """What it comes to."""
     holds = [held for case in cases for held in case.holds()]
     missed = 1.0 - sum(holds) / max(len(holds), 1)
     late = [case for case in cases if case.kind == LATE]
     seen = sum(not case.explains for case in late)
-    return report_of_cases(
-        "fit",
-        seed,
-        cases,
-        title="First models from recordings alone",
-        lead=(
-            f"Systems drawn at random, seed {seed}, recorded by plants that share no simulation with the fit, and "
-            f"fitted by `mmt-drake fit`'s search from that alone. Contacts of {SECONDS:g} s, the others 30 s, at 0.5 "
-            "to 1 kHz."
-        ),
-        heading="First models",
-        table=told_table(cases),
-        by="By kind",
-        sentences=[
-            f"{sum(holds)} of {len(holds)} numbers called determined lie in their 95 % intervals.",
-            f"Where the force is 4 ms late, which the structure has no word for, {seen} of {len(late)} fits say that "
-            "they leave more than noise, or refuse, and call no number determined.",
-        ],
-        reached=[Reached(f"{len(holds)} numbers", TOLD_TRULY, missed)],
+    lead = (
+        f"Systems drawn at random, seed {seed}, recorded by plants that share no simulation with the fit, and "
+        f"fitted by `mmt-drake fit`'s search from that alone. Contacts of {SECONDS:g} s, the others 30 s, at 0.5 "
+        "to 1 kHz."
     )
+    sentences = [
+        f"{sum(holds)} of {len(holds)} numbers called determined lie in their 95 % intervals.",
+        f"Where the force is 4 ms late, which the structure has no word for, {seen} of {len(late)} fits say that "
+        "they leave more than noise, or refuse, and call no number determined.",
+    ]
+    reached = [Reached(f"{len(holds)} numbers", TOLD_TRULY, missed)]
+    return DrawnFindings(lead, told_table(cases), sentences, reached)
 
 
 def told_table(cases: Sequence[FittedCase]) -> Table:
@@ -152,9 +139,9 @@ def told_table(cases: Sequence[FittedCase]) -> Table:
                 len(some),
                 f"{len(holds)} of {len(told)}",
                 f"{sum(holds)} of {len(holds)}",
-                float(np.median(widths)) if widths else None,
+                of_known(np.median, widths),
                 f"{sum(case.explains for case in some)} of {len(some)}",
-                float(np.median(ratios)) if ratios else None,
+                of_known(np.median, ratios),
                 float(np.median([case.seconds for case in some])),
             ]
         )
@@ -163,5 +150,14 @@ def told_table(cases: Sequence[FittedCase]) -> Table:
     return Table(headers, rows, "What is told of each kind of system, and whether it is true.")
 
 
-CASES: Final = DrawnCases("fit", "systems", 8, tasks_of, report_of)
-STUDIES: Final = {CASES.name: CASES.study}
+CASES: Final = DrawnCases(
+    name="fit",
+    label="systems",
+    usual=8,
+    tasks=each_draw(run_case, KINDS),
+    title="First models from recordings alone",
+    heading="First models",
+    by="By kind",
+    judge=judge,
+)
+STUDIES: Final = CASES.studies

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -12,8 +11,8 @@ from mmt_drake.diagrams.proof.experiments.changes import NOISE
 from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn, path_of
 from mmt_drake.diagrams.proof.experiments.targets import LATE_BY, LATE_ERROR
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import PLANTS, behind_sensor, follow, measured_along
-from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
-from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings, each_draw
+from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 
 SECONDS: Final = {"strokes": 20.0, "reaches": 20.0, "chirp": 30.0}
@@ -64,18 +63,7 @@ def run_case(number: int, motion: str, plant: str, lateness: tuple[float, float]
     return LateCase(number, motion, plant, *lateness, found.trace.force_lateness[-1].tolist(), error)
 
 
-def tasks_of(count: int, seed: int) -> list[partial[LateCase]]:
-    """Every object under every motion, on every plant, behind every lateness."""
-    return [
-        partial(run_case, number, motion, plant, lateness, seed)
-        for number in range(count)
-        for motion in SECONDS
-        for plant in PLANTS
-        for lateness in LATENESS
-    ]
-
-
-def report_of(cases: Sequence[LateCase], seed: int = 0) -> Report:
+def judge(cases: Sequence[LateCase], seed: int) -> DrawnFindings:
     """What it comes to."""
     objects = len({case.number for case in cases})
     reached = []
@@ -88,21 +76,11 @@ def report_of(cases: Sequence[LateCase], seed: int = 0) -> Report:
         f"Of {len(cases)} contacts the sum of delay and time constant is off by "
         f"{1e3 * float(np.median([case.off for case in cases])):.2g} ms (median), {1e3 * worst.off:.2g} ms at worst."
     ]
-    return report_of_cases(
-        "late",
-        seed,
-        cases,
-        title="A force that is measured late",
-        lead=(
-            f"{objects} objects drawn as in `experiment objects`, sensor noise as in set-up 1, friction as a vector; "
-            f"strokes and reaches of 20 s, a chirp of 30 s; seed {seed}. The own plant shares the kernel."
-        ),
-        heading="Delay and low pass of the force",
-        table=late_table(cases),
-        by="By motion",
-        sentences=sentences,
-        reached=reached,
+    lead = (
+        f"{objects} objects drawn as in `experiment objects`, sensor noise as in set-up 1, friction as a vector; "
+        f"strokes and reaches of 20 s, a chirp of 30 s; seed {seed}. The own plant shares the kernel."
     )
+    return DrawnFindings(lead, late_table(cases), sentences, reached)
 
 
 def late_table(cases: Sequence[LateCase]) -> Table:
@@ -121,5 +99,14 @@ def late_table(cases: Sequence[LateCase]) -> Table:
     return Table(headers, rows, "Delay and low pass as found, and the rendered force after the first 0.5 s of contact.")
 
 
-CASES: Final = DrawnCases("late", "contacts", 3, tasks_of, report_of)
-STUDIES: Final = {CASES.name: CASES.study}
+CASES: Final = DrawnCases(
+    name="late",
+    label="contacts",
+    usual=3,
+    tasks=each_draw(run_case, SECONDS, PLANTS, LATENESS),
+    title="A force that is measured late",
+    heading="Delay and low pass of the force",
+    by="By motion",
+    judge=judge,
+)
+STUDIES: Final = CASES.studies

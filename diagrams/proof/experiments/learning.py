@@ -3,22 +3,19 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
 
 from mmt_drake.analysis.learned import SETTLES_S, ToldLaws, learned
-from mmt_drake.analysis.table import Cell, Table
+from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.tell.wording import all_words
 from mmt_drake.diagrams.proof.experiments.targets import FELT_AFTER, FELT_AFTER_FOREIGN, NOT_ENTERED, WRONG_LAWS
-from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
-from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.studies.columns import Column, tabled
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings, each_draw
+from mmt_drake.diagrams.proof.studies.study import Reached
+from mmt_drake.diagrams.stations.run import run
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
-from mmt_drake.diagrams.stations.station import build_station
-from mmt_drake.recording import Recording, load
 
 SECONDS: Final = 50.0
 SOON_S: Final = 20.0
@@ -149,15 +146,7 @@ class LearningCase:
 
 def run_case(number: int, kind: LearningKind, seed: int) -> LearningCase:
     """One object, felt and learned."""
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "run.mcap"
-        build_station(kind.scenario(number, seed), record=file).simulate(SECONDS)
-        return _case(number, kind, load(file))
-
-
-def _case(number: int, kind: LearningKind, recording: Recording) -> LearningCase:
-    found = learned(recording)
-    found = ToldLaws(None, ()) if found is None else found
+    found = learned(run(kind.scenario(number, seed), seconds=SECONDS)) or ToldLaws(None, ())
     messages = [tuple(sorted(model.names)) for model in found.told]
     laws, new = tuple(sorted((*kind.laws, *kind.sensor))), messages[1:] if kind.first else messages
     errors = [found.before, *(model.error for model in found.told)]
@@ -175,12 +164,19 @@ def _case(number: int, kind: LearningKind, recording: Recording) -> LearningCase
     )
 
 
-def tasks_of(count: int, seed: int) -> list[partial[LearningCase]]:
-    """Every kind with so many objects."""
-    return [partial(run_case, number, kind, seed) for number in range(count) for kind in KINDS]
+COLUMNS: Final[tuple[Column[LearningCase], ...]] = (
+    Column(lambda case: case.kind, "", "object"),
+    Column(lambda case: case.number, "", "draw"),
+    Column(lambda case: case.told, "", "told in the end", lambda laws: all_words(laws) or "nothing"),
+    Column(lambda case: case.entered_s, "", "entered after [s of contact]"),
+    Column(lambda case: case.wrong, "", "wrong laws told", lambda laws: all_words(laws) or "none"),
+    Column(lambda case: case.before, "", "force off before [%]", in_percent),
+    Column(lambda case: case.after, "", "after [%]", in_percent),
+)
+"""Of the table, case by case."""
 
 
-def report_of(cases: Sequence[LearningCase], seed: int = 0) -> Report:
+def judge(cases: Sequence[LearningCase], seed: int) -> DrawnFindings:
     """What it comes to."""
     delay = load_scenario("setup1-learning").learner
     assert delay is not None  # as it ships
@@ -201,36 +197,24 @@ def report_of(cases: Sequence[LearningCase], seed: int = 0) -> Report:
         f"contact and the declared delay of {delay.delay:g} s in {len(soon)}; in {len(wrong)} of {len(cases)} runs a "
         "law was told that the object has not."
     ]
-    return report_of_cases(
-        "learning",
-        seed,
-        cases,
-        title="What is diagnosed is felt",
-        lead=(
-            f"Set-up 1 as `setup1-learning` has it, {SECONDS:g} s of strokes each: the thesis's object (the first "
-            "draw; others scatter by 0.7 to 1.4) with a law that its ten numbers do not tell. Errors are of the "
-            "rendered force along x and y, against the plant's without noise: before the learner's first message, and "
-            f"from {SETTLES_S:g} s after its last. The own plant shares the law's kernel with the renderer, the "
-            f"foreign one nothing; seed {seed}."
-        ),
-        heading="Laws that entered",
-        table=learning_table(cases),
-        by="By object",
-        sentences=sentences,
-        reached=reached,
+    lead = (
+        f"Set-up 1 as `setup1-learning` has it, {SECONDS:g} s of strokes each: the thesis's object (the first "
+        "draw; others scatter by 0.7 to 1.4) with a law that its ten numbers do not tell. Errors are of the "
+        "rendered force along x and y, against the plant's without noise: before the learner's first message, and "
+        f"from {SETTLES_S:g} s after its last. The own plant shares the law's kernel with the renderer, the "
+        f"foreign one nothing; seed {seed}."
     )
+    return DrawnFindings(lead, tabled(cases, COLUMNS, "What was told, and what it brought."), sentences, reached)
 
 
-def learning_table(cases: Sequence[LearningCase]) -> Table:
-    """Case by case."""
-    rows: list[list[Cell]] = []
-    for case in cases:
-        last, wrong = all_words(case.told) or "nothing", all_words(case.wrong) or "none"
-        errors = [None if error is None else 100.0 * error for error in (case.before, case.after)]
-        rows.append([case.kind, case.number, last, case.entered_s, wrong, *errors])
-    headers = ["object", "draw", "told in the end", "entered after [s of contact]", "wrong laws told"]
-    return Table([*headers, "force off before [%]", "after [%]"], rows, "What was told, and what it brought.")
-
-
-CASES: Final = DrawnCases("learning", "runs", 1, tasks_of, report_of)
-STUDIES: Final = {CASES.name: CASES.study}
+CASES: Final = DrawnCases(
+    name="learning",
+    label="runs",
+    usual=1,
+    tasks=each_draw(run_case, KINDS),
+    title="What is diagnosed is felt",
+    heading="Laws that entered",
+    by="By object",
+    judge=judge,
+)
+STUDIES: Final = CASES.studies

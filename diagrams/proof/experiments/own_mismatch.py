@@ -19,7 +19,7 @@ from mmt_drake.analysis.table import Table
 from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.decide.blocks import BlockReplay, differing, replay_blocks
 from mmt_drake.diagrams.proof.experiments.changes import (
-    Change,
+    Cause,
     estimating,
     input_held,
     input_late,
@@ -37,23 +37,10 @@ from mmt_drake.recording import Recording, load
 
 LATE_S: Final = 0.02
 """By how much the late causes are late, and how long the held one holds [s]."""
+NO_BLOCK: Final = "none"
+"""Where a cause sits that is none."""
 SECONDS: Final = 20.0
 """Length of a run [s]."""
-
-
-@dataclass(frozen=True)
-class BlockCause:
-    """Something that may be behind the error of the rendered force.
-
-    Attributes:
-        name: in a word or two.
-        block: that it is put into; None: into none.
-        scenario: what it makes of the scenario that is run.
-    """
-
-    name: str
-    block: str | None
-    scenario: Change = unchanged
 
 
 @dataclass(frozen=True)
@@ -67,7 +54,7 @@ class TriedCause:
         rendered_error: name of a band -> RMS of rendered less measured force over that of the measured one.
     """
 
-    cause: BlockCause
+    cause: Cause
     recording: Recording
     replays: tuple[BlockReplay, ...]
     rendered_error: Mapping[str, float | None]
@@ -80,7 +67,7 @@ class TriedCause:
     @property
     def right(self) -> bool:
         """Whether that is the block with the cause, and no other."""
-        return self.named == (() if self.cause.block is None else (self.cause.block,))
+        return self.named == (() if self.cause.group == NO_BLOCK else (self.cause.group,))
 
 
 def estimated_object(
@@ -114,12 +101,12 @@ def _with_latency(scenario: Scenario) -> Scenario:
 
 
 CAUSES: Final = (
-    BlockCause("none", None),
-    BlockCause("eq. 30 solved without d", "estimator", scenario=estimating(equations="without_d")),
-    BlockCause("network 20 ms late", "to_telerobot", scenario=_with_latency),
-    BlockCause("renderer's input 20 ms late", "renderer", scenario=input_late(LATE_S)),
-    BlockCause("renderer's input held for 20 ms", "renderer", scenario=input_held(LATE_S)),
-    BlockCause("renderer's input without velocity", "renderer", scenario=input_placed),
+    Cause("none", NO_BLOCK, unchanged),
+    Cause("eq. 30 solved without d", "estimator", estimating(equations="without_d")),
+    Cause("network 20 ms late", "to_telerobot", _with_latency),
+    Cause("renderer's input 20 ms late", "renderer", input_late(LATE_S)),
+    Cause("renderer's input held for 20 ms", "renderer", input_held(LATE_S)),
+    Cause("renderer's input without velocity", "renderer", input_placed),
 )
 
 
@@ -129,7 +116,7 @@ def believed(seconds: float = SECONDS) -> Scenario:
 
 
 def try_causes(
-    folder: str | Path, causes: tuple[BlockCause, ...] = CAUSES, *, scenario: Scenario | None = None
+    folder: str | Path, causes: tuple[Cause, ...] = CAUSES, *, scenario: Scenario | None = None
 ) -> tuple[TriedCause, ...]:
     """Put each cause in, record a run, and hold the recording against the station without it.
 
@@ -144,8 +131,8 @@ def try_causes(
     scenario = believed() if scenario is None else scenario
     tried: list[TriedCause] = []
     for cause in causes:
-        changed = cause.scenario(scenario)
-        recording = next((each.recording for each in tried if each.cause.scenario(scenario) == changed), None)
+        changed = cause.change(scenario)
+        recording = next((each.recording for each in tried if each.cause.change(scenario) == changed), None)
         if recording is None:
             file = Path(folder) / f"cause_{len(tried)}.mcap"
             build_station(changed, record=file).simulate()
@@ -154,7 +141,7 @@ def try_causes(
     return tuple(tried)
 
 
-def _tried(cause: BlockCause, recording: Recording, scenario: Scenario) -> TriedCause:
+def _tried(cause: Cause, recording: Recording, scenario: Scenario) -> TriedCause:
     # A simulation without sensor noise: what differs, differs.
     replays = replay_blocks(recording, station_blocks(scenario), counts=after_wind_up(recording), noise={})
     delay = usual_delay(scenario.to_telerobot, scenario.step)
@@ -172,7 +159,7 @@ def error_table(tried: Iterable[TriedCause]) -> Table:
     rows = [
         [
             each.cause.name,
-            each.cause.block or "no block",
+            "no block" if each.cause.group == NO_BLOCK else each.cause.group,
             *(in_percent(each.rendered_error[band]) for band in BAND_NAMES),
             ", ".join(each.named) or "no block",
         ]

@@ -19,8 +19,8 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagrams.proof.experiments.learning import LAWS
 from mmt_drake.diagrams.proof.experiments.targets import GIVEN, UPDATE_JUMP_N
-from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
-from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings
+from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.diagrams.stations.renderers import ImpedanceReflection
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.shipped import shipped
@@ -247,14 +247,20 @@ def _told(effects: tuple[ToldEffect, ...], number: int) -> Array:
         return told_by(ModelMessage(theta, number=number))
 
 
-def _hand(random: np.random.Generator) -> Array:
-    """(n, 3) strokes of three sines along each axis, in and out of contact [m]."""
-    time = np.arange(TICKS) * STEP
-    path = np.zeros((TICKS, 3))
-    for axis, size in enumerate((0.01, 0.02, 0.006)):
+def strokes(random: np.random.Generator, ticks: int, sizes: Sequence[float], fastest: float) -> Array:
+    """(n, 3) a hand that strokes by three sines along each axis, of these sizes [m], at `fastest` at most [rad/s]."""
+    time = np.arange(ticks) * STEP
+    path = np.zeros((ticks, 3))
+    for axis, size in enumerate(sizes):
         for _ in range(3):
-            rate = np.exp(random.uniform(0.0, np.log(25.0)))
+            rate = np.exp(random.uniform(0.0, np.log(fastest)))
             path[:, axis] += size / 3.0 * np.sin(rate * time + random.uniform(0.0, 6.3))
+    return path
+
+
+def _hand(random: np.random.Generator) -> Array:
+    """(n, 3) strokes in and out of contact [m]."""
+    path = strokes(random, TICKS, (0.01, 0.02, 0.006), 25.0)
     path[:, 2] -= random.uniform(-0.002, 0.006)
     return path
 
@@ -280,7 +286,7 @@ def tasks_of(count: int, seed: int) -> list[partial[EnergyRun]]:
     ]
 
 
-def report_of(runs: Sequence[EnergyRun], seed: int = 0) -> Report:
+def judge(runs: Sequence[EnergyRun], seed: int) -> DrawnFindings:
     """What it comes to."""
     count = sum(run.policy == AS_SHIPPED for run in runs)
     reached, sentences = [], []
@@ -295,25 +301,15 @@ def report_of(runs: Sequence[EnergyRun], seed: int = 0) -> Report:
             f"{policy}: {broken} of {len(some)} runs give more than {ALLOWED:g} J that was not put in"
             + (f"; the most is {significant(worst, 2)} J." if broken == 0 else ".")
         )
-    return report_of_cases(
-        "passivity",
-        seed,
-        runs,
-        title="Whether a hand gets out more energy than it puts in",
-        lead=(
-            f"{count} adversaries of {TICKS * STEP:g} s each against the renderers of the shipped scenarios in turn, "
-            "and the first tenth against these with other policies of updates: wild parameters, contact that is late "
-            "or flickers, an estimator that is now sure and now not, invented reports of where the body is held, laws "
-            f"that come and go where there is a learner, a velocity that is {', '.join(SIGNALS)}; seed {seed}. Each "
-            "force is held until the next tick and counted "
-            "with what the hand moves in it."
-        ),
-        heading="Energy that nobody put in",
-        table=passivity_table(runs),
-        by="By what becomes of the velocity",
-        sentences=sentences,
-        reached=reached,
+    lead = (
+        f"{count} adversaries of {TICKS * STEP:g} s each against the renderers of the shipped scenarios in turn, "
+        "and the first tenth against these with other policies of updates: wild parameters, contact that is late "
+        "or flickers, an estimator that is now sure and now not, invented reports of where the body is held, laws "
+        f"that come and go where there is a learner, a velocity that is {', '.join(SIGNALS)}; seed {seed}. Each "
+        "force is held until the next tick and counted "
+        "with what the hand moves in it."
     )
+    return DrawnFindings(lead, passivity_table(runs), sentences, reached)
 
 
 def passivity_table(runs: Sequence[EnergyRun]) -> Table:
@@ -330,5 +326,14 @@ def passivity_table(runs: Sequence[EnergyRun]) -> Table:
     return Table(headers, rows, f"Runs that gave more than {ALLOWED:g} J that was not put in.")
 
 
-CASES: Final = DrawnCases("passivity", "runs", 2000, tasks_of, report_of)
-STUDIES: Final = {CASES.name: CASES.study}
+CASES: Final = DrawnCases(
+    name="passivity",
+    label="runs",
+    usual=2000,
+    tasks=tasks_of,
+    title="Whether a hand gets out more energy than it puts in",
+    heading="Energy that nobody put in",
+    by="By what becomes of the velocity",
+    judge=judge,
+)
+STUDIES: Final = CASES.studies

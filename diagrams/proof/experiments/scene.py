@@ -3,7 +3,6 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -28,8 +27,8 @@ from mmt_drake.diagrams.proof.experiments.targets import (
     SWAPPED,
     TOUCH_LATE,
 )
-from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, report_of_cases
-from mmt_drake.diagrams.proof.studies.study import Reached, Report
+from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings, each_draw
+from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.diagrams.stations.nets import Nets
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.site import Site
@@ -118,7 +117,7 @@ class SceneCase:
         }
 
 
-def run_case(number: int, plant: str, seed: int, pushing_s: float) -> SceneCase:
+def run_case(number: int, plant: str, seed: int) -> SceneCase:
     """Both runs of a seed, on the foreign plant the first alone."""
     scenario = load_scenario("setup4", [f"seed={1000 * seed + number}", *(FOREIGN if plant == "foreign" else ())])
     with TemporaryDirectory() as folder:
@@ -137,9 +136,9 @@ def run_case(number: int, plant: str, seed: int, pushing_s: float) -> SceneCase:
     directions = f"operator.parameters={{seed: {1000 * seed + number + 1}, push: {_PUSH}}}"
     only_pushed = "operator.motion=visits", directions, "carrying=null"
     pushed = load_scenario("setup4", [f"seed={1000 * seed + number}", *only_pushed])
-    minutes, kept, swapped, told = identities(pushed, pushing_s) if plant == "own" else (0.0, 1.0, 0, {})
+    minutes, kept, swapped, told = identities(pushed, PUSHING_S) if plant == "own" else (0.0, 1.0, 0, {})
     late = latest(recording, scenario.to_telerobot.playout)
-    given = max(0.0, -passivity(recording).operator.minimum)
+    given = passivity(recording).operator.violation
     visits = visits_of(recording, scenario)
     return SceneCase(number, plant, visits, carried, mass, late, given, times, minutes, kept, swapped, told)
 
@@ -261,12 +260,7 @@ class IdentityWatch:
             self.kept += thing > 0.0 and self._first.setdefault(i, thing) == thing
 
 
-def tasks_of(count: int, seed: int) -> list[partial[SceneCase]]:
-    """So many seeds."""
-    return [partial(run_case, number, plant, seed, PUSHING_S) for number in range(count) for plant in PLANTS]
-
-
-def report_of(cases: Sequence[SceneCase], seed: int = 0) -> Report:
+def judge(cases: Sequence[SceneCase], seed: int) -> DrawnFindings:
     """What it comes to."""
     reached: list[Reached] = []
     for case in cases:
@@ -299,24 +293,14 @@ def report_of(cases: Sequence[SceneCase], seed: int = 0) -> Report:
         f"{sum(case.swapped for case in cases)} identities were swapped without a word.",
         *lifted,
     ]
-    return report_of_cases(
-        "scene",
-        seed,
-        cases,
-        title="Several objects",
-        lead=(
-            "Set-up 4: three objects, a simulated depth camera with noise 1, 400 ms each way with jitter; "
-            f"{SECONDS:g} s of visits from one to the next. And {PUSHING_S / 60.0:g} minutes of pushing in directions "
-            "drawn at random, with the camera alone. Errors are of the rendered force along x and y against the "
-            "plant's without noise. The foreign plant shares no physics with the model; nothing stiffens there; "
-            f"seed {seed}."
-        ),
-        heading="Several objects",
-        table=visits_table(cases),
-        by="By touch",
-        sentences=sentences,
-        reached=reached,
+    lead = (
+        "Set-up 4: three objects, a simulated depth camera with noise 1, 400 ms each way with jitter; "
+        f"{SECONDS:g} s of visits from one to the next. And {PUSHING_S / 60.0:g} minutes of pushing in directions "
+        "drawn at random, with the camera alone. Errors are of the rendered force along x and y against the "
+        "plant's without noise. The foreign plant shares no physics with the model; nothing stiffens there; "
+        f"seed {seed}."
     )
+    return DrawnFindings(lead, visits_table(cases), sentences, reached)
 
 
 def visits_table(cases: Sequence[SceneCase]) -> Table:
@@ -330,5 +314,14 @@ def visits_table(cases: Sequence[SceneCase]) -> Table:
     return Table(headers, rows, "What was felt of each object, touch by touch.")
 
 
-CASES: Final = DrawnCases("scene", "seeds", 1, tasks_of, report_of)
-STUDIES: Final = {CASES.name: CASES.study}
+CASES: Final = DrawnCases(
+    name="scene",
+    label="seeds",
+    usual=1,
+    tasks=each_draw(run_case, PLANTS),
+    title="Several objects",
+    heading="Several objects",
+    by="By touch",
+    judge=judge,
+)
+STUDIES: Final = CASES.studies

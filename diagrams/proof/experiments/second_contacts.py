@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from mmt_drake.analysis.signals import on_even_clock
-from mmt_drake.diagrams.proof.trial.real.preparation import between
+from mmt_drake.diagrams.proof.trial.real.preparation import beginning
 from mmt_drake.diagrams.stations.arm import missing_arm
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.run import run
@@ -70,8 +70,7 @@ def known_contacts() -> list[Contact]:
 def _recorded(file: Path) -> Contact:
     def take(seconds: float | None, seed: int) -> Recording:
         recording = on_even_clock(load(file))
-        start = float(recording.time[0])
-        return recording if seconds is None else between(recording, start, start + seconds)
+        return recording if seconds is None else beginning(recording, seconds)
 
     return Contact(f"palpation_{file.stem}", f"recorded palpation, {file.stem}", {}, take)
 

@@ -13,6 +13,7 @@ from mmt_drake.hw.omega.emulator import EmulatedOmega
 from mmt_drake.hw.safety.reasons import Reason
 
 MS = 1_000_000  # [ns]
+LOST = (Reason.STALE,)
 
 
 @dataclass(frozen=True)
@@ -21,13 +22,11 @@ class LinkFault:
 
     Attributes:
         make: gives what becomes of each packet, given what draws at random.
-        must: the peer counts as lost meanwhile.
-        may: it may.
+        reasons: as of an `Injection`.
     """
 
     make: Callable[[random.Random], Fault]
-    must: bool
-    may: bool
+    reasons: tuple[int, ...] | None
 
 
 def _corrupted(draw: random.Random) -> Fault:
@@ -50,16 +49,16 @@ def _replayed(draw: random.Random) -> Fault:
 
 
 KINDS: dict[str, LinkFault] = {
-    "cut cable": LinkFault(lambda draw: lambda p, now: [], True, True),
-    "corrupted": LinkFault(_corrupted, True, True),
-    "forged": LinkFault(lambda draw: lambda p, now: [(now, p[:16] + draw.randbytes(len(p) - 16))], True, True),
-    "noise": LinkFault(lambda draw: lambda p, now: [(now, draw.randbytes(draw.randrange(200)))], True, True),
-    "cut short": LinkFault(lambda draw: lambda p, now: [(now, p[: draw.randrange(len(p))])], True, True),
-    "late": LinkFault(lambda draw: lambda p, now: [(now + 300 * MS, p)], True, True),
-    "replayed": LinkFault(_replayed, False, True),
-    "duplicated": LinkFault(lambda draw: lambda p, now: [(now, p), (now, p), (now + 7 * MS, p)], False, False),
-    "reordered": LinkFault(lambda draw: lambda p, now: [(now + draw.randrange(8) * MS, p)], False, False),
-    "lossy": LinkFault(lambda draw: lambda p, now: [] if draw.random() < 0.3 else [(now, p)], False, False),
+    "cut cable": LinkFault(lambda draw: lambda p, now: [], LOST),
+    "corrupted": LinkFault(_corrupted, LOST),
+    "forged": LinkFault(lambda draw: lambda p, now: [(now, p[:16] + draw.randbytes(len(p) - 16))], LOST),
+    "noise": LinkFault(lambda draw: lambda p, now: [(now, draw.randbytes(draw.randrange(200)))], LOST),
+    "cut short": LinkFault(lambda draw: lambda p, now: [(now, p[: draw.randrange(len(p))])], LOST),
+    "late": LinkFault(lambda draw: lambda p, now: [(now + 300 * MS, p)], LOST),
+    "replayed": LinkFault(_replayed, None),
+    "duplicated": LinkFault(lambda draw: lambda p, now: [(now, p), (now, p), (now + 7 * MS, p)], ()),
+    "reordered": LinkFault(lambda draw: lambda p, now: [(now + draw.randrange(8) * MS, p)], ()),
+    "lossy": LinkFault(lambda draw: lambda p, now: [] if draw.random() < 0.3 else [(now, p)], ()),
 }
 
 
@@ -83,8 +82,7 @@ def try_kind(name: str, kind: LinkFault, omega: EmulatedOmega, moments: int, rec
     def stop(session: Session) -> None:
         session.there.fault = session.back.fault = at_once
 
-    reasons = (Reason.STALE,) if kind.must else None if kind.may else ()
-    fault = Injection(start, stop, reasons, TIMEOUT, after=_LATEST if name == "late" else 100)
+    fault = Injection(start, stop, kind.reasons, TIMEOUT, after=_LATEST if name == "late" else 100)
     with Session(omega, record, apart=True) as session:
         inject(session, fault, moments, lambda: session.go(draw.randrange(40)), tally)
     tally.must_have_felt(1, moments)

@@ -38,7 +38,7 @@ def draw_driven(rng: np.random.Generator, name: str, effect: str | None, size: f
         "pendulum": rng.uniform(2.0, 10.0) if effect is None and rng.random() < 0.5 else 0.0,
     }
     base = {symbol: four(value) for symbol, value in base.items()}
-    given = _off(rng, base) if wrong else base
+    given = off(rng, base) if wrong else base
     nominal: Nominal = {
         "structure": "driven_body",
         "parameters": {symbol: given[symbol] for symbol in ("m", "b", "k", "Fc", "offset")},
@@ -46,18 +46,18 @@ def draw_driven(rng: np.random.Generator, name: str, effect: str | None, size: f
     if base["pendulum"]:
         nominal["gravity"] = {"kind": "pendulum", "value": given["pendulum"]}
     session = DrivenSession(int(rng.integers(2**31)), noise=four(float(rng.uniform(1e-5, 5e-5))))
-    return _case(rng, name, effect, size, base, nominal, session, DRIVEN, wrong=wrong)
+    return case_of(name, _drawn(rng, effect, base, size, DRIVEN), size, base, nominal, session, wrong=wrong)
 
 
 def draw_material(rng: np.random.Generator, name: str, effect: str | None, size: float, *, wrong: bool) -> Case:
     """A case on a Kelvin-Voigt contact; arguments as `draw_driven`, effects of `MATERIAL`."""
     base = {"k": rng.uniform(200.0, 900.0), "b": rng.uniform(5.0, 40.0), "x0": rng.uniform(-0.05, 0.05), "F0": 0.0}
     base = {symbol: four(value) for symbol, value in base.items()}
-    given = _off(rng, base) if wrong else base
+    given = off(rng, base) if wrong else base
     parameters = {**{symbol: given[symbol] for symbol in ("k", "b")}, "x0": base["x0"]}
     nominal: Nominal = {"structure": "kelvin_voigt", "parameters": parameters}
     session = MaterialSession(int(rng.integers(2**31)), noise=four(float(rng.uniform(0.01, 0.03))))
-    return _case(rng, name, effect, size, base, nominal, session, MATERIAL, wrong=wrong)
+    return case_of(name, _drawn(rng, effect, base, size, MATERIAL), size, base, nominal, session, wrong=wrong)
 
 
 def draw_transmission(rng: np.random.Generator, name: str, effect: str | None, size: float, *, wrong: bool) -> Case:
@@ -73,34 +73,41 @@ def draw_transmission(rng: np.random.Generator, name: str, effect: str | None, s
         "Fc": 0.0 if effect == "coulomb_friction" or rng.random() < 0.5 else rng.uniform(2e-4, 1e-3) * k,
     }
     base = {symbol: four(value) for symbol, value in base.items()}
-    given = {**_off(rng, base), "k": base["k"]} if wrong else base
+    given = {**off(rng, base), "k": base["k"]} if wrong else base
     nominal: Nominal = {"structure": "transmission", "parameters": dict(given)}
     session = TransmissionSession(int(rng.integers(2**31)), noise=four(float(rng.uniform(1e-5, 5e-5))))
-    return _case(rng, name, effect, size, base, nominal, session, TRANSMISSION, wrong=wrong)
+    return case_of(name, _drawn(rng, effect, base, size, TRANSMISSION), size, base, nominal, session, wrong=wrong)
 
 
-def _off(rng: np.random.Generator, base: Mapping[str, float]) -> Values:
+def off(rng: np.random.Generator, base: Mapping[str, float]) -> Values:
+    """Parameters that are wrong by up to 20 %."""
     return {symbol: four(value * (1.0 + rng.uniform(-0.2, 0.2))) for symbol, value in base.items()}
 
 
-def _case(
-    rng: np.random.Generator,
+def _drawn(
+    rng: np.random.Generator, effect: str | None, base: Mapping[str, float], size: float, sizes: Mapping[str, _Draw]
+) -> dict[str, Values]:
+    """The effect and its parameters, if there is one."""
+    return {} if effect is None else {effect: sizes[effect](rng, base, size)}
+
+
+def case_of(
     name: str,
-    effect: str | None,
+    concealed: Mapping[str, Values],
     size: float,
     base: Values,
     nominal: Nominal,
     session: CaseMaker,
-    sizes: Mapping[str, _Draw],
     *,
     wrong: bool,
 ) -> Case:
-    if effect is None:
+    """A case with these effects of this size, or, without any, with nominal parameters that are `wrong` or exact."""
+    if not concealed:
         kind: Kind = "parameters" if wrong else "none"
         return Case(name, kind, (), base, nominal, session)
-    values = {symbol: four(value) for symbol, value in sizes[effect](rng, base, size).items()}
-    effects = (Concealed(effect, values),)
-    return Case(name, "single", effects, base, nominal, session, four(size), visibility(base, effects, session))
+    effects = tuple(Concealed(effect, {s: four(v) for s, v in values.items()}) for effect, values in concealed.items())
+    kind = "single" if len(effects) == 1 else "pair"
+    return Case(name, kind, effects, base, nominal, session, four(size), visibility(base, effects, session))
 
 
 def _either(rng: np.random.Generator) -> float:

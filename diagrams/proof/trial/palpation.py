@@ -13,8 +13,9 @@ import numpy as np
 from numba import njit
 from scipy.spatial.transform import Rotation
 
-from mmt_drake.diagrams.proof.trial.cases import Case, Kind, Nominal, four, visibility
+from mmt_drake.diagrams.proof.trial.cases import Case, Nominal, four
 from mmt_drake.diagrams.proof.trial.laws import Concealed
+from mmt_drake.diagrams.proof.trial.other_cases import case_of, off
 from mmt_drake.diagrams.proof.trial.sizes import log
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
@@ -248,14 +249,9 @@ def draw_palpation(
         wrong: whether the nominal parameters are off by up to 20 %.
     """
     base = {"k": four(rng.uniform(150.0, 800.0)), "b": four(rng.uniform(0.2, 2.0))}
-    given = {s: four(v * (1.0 + rng.uniform(-0.2, 0.2))) for s, v in base.items()} if wrong else base
+    given = off(rng, base) if wrong else base
     nominal: Nominal = {"structure": "surface_contact", "parameters": dict(given)}
     turns = rng.uniform(0.06, 0.2) if "tool_offset" in concealed or rng.random() < 0.5 else 0.0
     session = PalpationSession(int(rng.integers(2**31)), four(rng.uniform(0.002, 0.008)), four(turns))
-    if not concealed:
-        kind: Kind = "parameters" if wrong else "none"
-        return Case(name, kind, (), base, nominal, session)
     drawn = {effect: EFFECTS[effect](rng, size) for effect in concealed}
-    effects = tuple(Concealed(effect, {s: four(v) for s, v in values.items()}) for effect, values in drawn.items())
-    kind = "single" if len(effects) == 1 else "pair"
-    return Case(name, kind, effects, base, nominal, session, four(size), visibility(base, effects, session))
+    return case_of(name, drawn, size, base, nominal, session, wrong=wrong)

@@ -1,6 +1,5 @@
 """A trial from end to end: its cases drawn, sealed, written, diagnosed; the truths opened only then, and scored."""
 
-import hashlib
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -32,6 +31,7 @@ from mmt_drake.diagrams.proof.trial.palpation import PALPATION, draw_palpation
 from mmt_drake.diagrams.proof.trial.plants import OWN, PLANTS, Plant
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.diagrams.proof.trial.score import score
+from mmt_drake.diagrams.proof.trial.sealing import canonical, seal
 from mmt_drake.diagrams.proof.trial.summary import confusion_picture, document, effects_table, rates_table
 from mmt_drake.errors import BadInput, Interrupted, MmtError, check_number
 from mmt_drake.recording import save
@@ -124,17 +124,6 @@ def _palpated(rng: np.random.Generator, per_effect: int) -> Iterator[Case]:
 def _sizes(rng: np.random.Generator, count: int) -> list[float]:
     """One size from each of `count` equal parts of the range."""
     return [float((i + rng.random()) / count) for i in range(count)]
-
-
-def canonical(cases: Sequence[Case]) -> str:
-    """The one JSON text of all truths: keys sorted, no spaces."""
-    truths = [case.truth() for case in cases]
-    return json.dumps(truths, sort_keys=True, separators=(",", ":"), allow_nan=False)
-
-
-def seal(cases: Sequence[Case]) -> str:
-    """The sha256 of all truths, to be published before the first diagnosis."""
-    return hashlib.sha256(canonical(cases).encode()).hexdigest()
 
 
 def write_case(case: Case, folder: Path) -> Path:

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from operator import itemgetter
 from typing import Any
 
@@ -13,6 +14,7 @@ from scipy.stats import binomtest
 from mmt_drake.analysis.plotting import BLACK, DPI, GREEN, GREY, RED, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
+from mmt_drake.diagrams.proof.studies.of_known import of_known
 from mmt_drake.diagrams.proof.trial.score import ScoredNumber, TrialScore
 from mmt_drake.errors import BadInput
 
@@ -141,9 +143,7 @@ def _coverage(quantities: Iterable[ScoredNumber]) -> float | None:
     return _rate(q.covered for q in quantities if q.covered is not None)
 
 
-def _median(values: Iterable[float]) -> float | None:
-    listed = list(values)
-    return float(np.median(listed)) if listed else None
+_median = partial(of_known, np.median)
 
 
 def confusion(scores: Sequence[TrialScore]) -> tuple[list[str], list[str], np.ndarray[Any, np.dtype[np.int64]]]:

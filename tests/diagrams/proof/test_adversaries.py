@@ -14,7 +14,6 @@ from mmt_drake.diagrams.proof.experiments.passivity import (
     EnergyRun,
     passivity_table,
     played,
-    report_of,
 )
 from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.diagrams.stations.shipped import shipped as all_shipped
@@ -41,7 +40,7 @@ def test_no_adversary_gets_energy_out_of_what_is_shipped_and_other_policies_give
     shipped = [run for run in runs if run.policy == AS_SHIPPED]
     assert {run.signal for run in shipped} == set(SIGNALS)
     assert {run.scenario for run in shipped} == set(all_shipped())
-    report = report_of(runs)
+    report = CASES.report(runs)
     counted = {figure.case: figure.value for figure in report.reached if figure.target.unit == "runs"}
     assert counted[AS_SHIPPED] == 0.0 and all(counted[name] > 0.0 for name in POLICIES if name != AS_SHIPPED)
     assert 0.0 < max(run.jump for run in shipped if run.scenario != "setup1-learning") < 0.051  # 50 N/s
@@ -56,4 +55,4 @@ def test_runs_are_counted_by_policy_and_by_what_becomes_of_the_velocity() -> Non
     )
     rows = {row[0]: row[1:] for row in passivity_table(runs).rows}
     assert rows["at once"] == ["0 of 1", "1 of 1", "0 of 1", "0 of 1"] and rows[AS_SHIPPED] == ["0 of 1"] * 4
-    assert [figure.value for figure in report_of(runs).reached] == [0.0, 0.05, 1.0, 0.0, 0.0]
+    assert [figure.value for figure in CASES.report(runs).reached] == [0.0, 0.05, 1.0, 0.0, 0.0]

@@ -7,10 +7,11 @@ import pytest
 
 import mmt_drake.diagnosis.diagnose
 from mmt_drake.diagrams.proof.bench import GROUPS, contacts, diagnosis, measurements
-from mmt_drake.diagrams.proof.bench.contacts import KINDS, beginning, material_tests
+from mmt_drake.diagrams.proof.bench.contacts import KINDS, material_tests
 from mmt_drake.diagrams.proof.trial.cases import Case
 from mmt_drake.diagrams.proof.trial.laws import INSIDE, OUTSIDE
 from mmt_drake.diagrams.proof.trial.other_cases import draw_material
+from mmt_drake.diagrams.proof.trial.real.preparation import beginning
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import MissingDependency
 

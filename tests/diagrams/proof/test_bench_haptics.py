@@ -1,12 +1,10 @@
 """The figures of the haptic path, measured in a process of their own, which loads a library of its own."""
 
 import importlib.util
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from process_apart import output_of
 
 PROGRAM = """
 from mmt_drake.diagrams.proof.bench import haptics
@@ -17,12 +15,8 @@ for item in haptics.measurements(seconds=1.0):
 
 @pytest.mark.skipif(importlib.util.find_spec("forcedimension_core") is None, reason="no extra `omega`")
 def test_a_reading_is_answered_in_its_own_tick_while_the_hand_is_armed(checkout: Path) -> None:
-    environ = {**os.environ, "PYTHONPATH": os.pathsep.join([str(checkout), os.environ.get("PYTHONPATH", "")])}
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM], env=environ, capture_output=True, text=True, check=False, timeout=100
-    )
-    assert done.returncode == 0, done.stderr
-    told = {name: float(value) for name, _, value in (line.partition("|") for line in done.stdout.splitlines())}
+    lines = output_of(PROGRAM, checkout).splitlines()
+    told = {name: float(value) for name, _, value in (line.partition("|") for line in lines)}
     run = "set-up 1 on an emulated omega, 1000 ticks"
     assert told[f"{run}: armed"] > 70.0
     answer = f"{run}: reading to the force that answers it"

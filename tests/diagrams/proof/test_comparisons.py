@@ -16,6 +16,7 @@ from mmt_drake.diagrams.proof.experiments.comparisons import COMPARISONS, peers
 from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.diagrams.stations.hands import Scripted
 from mmt_drake.diagrams.stations.renderers import DirectForce, ImpedanceReflection
+from mmt_drake.diagrams.stations.run import run
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
@@ -70,30 +71,30 @@ def test_the_page_of_figures_in_docs_has_the_columns_that_the_study_gives(networ
 
 
 @pytest.mark.parametrize("name", COMPARISONS)
-def test_the_cases_of_a_comparison_share_motion_and_seed_and_can_be_built(name):
+def test_the_cases_of_a_comparison_share_motion_seed_and_noise_and_can_be_built(name):
     scenarios = COMPARISONS[name].cases(Asked(Path(), seed=7, seconds=5.0))
     assert len(scenarios) > 3
     assert all(scenario.seed == 7 and scenario.duration == 5.0 for scenario in scenarios.values())
     assert len({str(scenario.operator) for scenario in scenarios.values()}) <= len(scenarios) // 3
+    noises = {scenario.environment.noise for scenario in scenarios.values()}
+    assert noises == {load_scenario("setup1-free-running").environment.noise} == {NOISE}
     built = build_station(list(scenarios.values())[-1])
     built.simulate(0.01)
 
 
-def ran(folder, delay=0.2, seconds=19.0, **changes):
+def ran(delay=0.2, seconds=19.0, **changes):
     """A run of set-up 1 over 200 ms each way that strokes for 6 s and then means to hold still."""
     motion = Scripted("stroke_and_hold", {"duration": 20.0, "stroking": 6.0})
     base = load_scenario("setup1", ["estimator.settle=0.5", "clouds=none"])
     way = ChannelConfig(delay=delay)
-    scenario = replace(base, operator=motion, duration=seconds, to_telerobot=way, to_operator=way, **changes)
-    build_station(scenario, record=folder / "run.mcap").simulate()
-    return load(folder / "run.mcap")
+    return run(replace(base, operator=motion, duration=seconds, to_telerobot=way, to_operator=way, **changes))
 
 
-def test_with_a_hand_that_yields_the_model_is_stable_where_direct_feedback_is_not(tmp_path):
+def test_with_a_hand_that_yields_the_model_is_stable_where_direct_feedback_is_not():
     hand = HandImpedance()
-    model = ran(tmp_path, hand=hand, switching="operator", renderer=ImpedanceReflection(updates=EnergyPermitting()))
-    direct = ran(tmp_path, hand=hand, renderer=DirectForce())
-    controlled = ran(tmp_path, hand=hand, renderer=DirectForce(passivity=PassivityControl()))
+    model = ran(hand=hand, switching="operator", renderer=ImpedanceReflection(updates=EnergyPermitting()))
+    direct = ran(hand=hand, renderer=DirectForce())
+    controlled = ran(hand=hand, renderer=DirectForce(passivity=PassivityControl()))
     since = holding_since(6.0)
     assert settling(model, since, 19.0).stable and settling(controlled, since, 19.0).stable
     assert settling(direct, since, 19.0).holding > 0.05
@@ -105,9 +106,8 @@ def test_with_a_hand_that_yields_the_model_is_stable_where_direct_feedback_is_no
     assert model["master_position_z"][-1] == pytest.approx(-0.005 * hand_share, rel=0.02)
 
 
-def test_over_a_round_trip_of_5_s_the_model_comes_to_rest_and_could_never_give_back_more_than_was_put_in(tmp_path):
+def test_over_a_round_trip_of_5_s_the_model_comes_to_rest_and_could_never_give_back_more_than_was_put_in():
     found = ran(
-        tmp_path,
         delay=2.5,
         hand=HandImpedance(),
         switching="operator",
@@ -120,24 +120,17 @@ def test_over_a_round_trip_of_5_s_the_model_comes_to_rest_and_could_never_give_b
     assert np.abs(found["rendered_force_z"][-1]) > 0.5  # it does render
 
 
-def test_direct_feedback_is_the_measured_force_a_way_late(tmp_path):
-    recording = ran(tmp_path, seconds=6.0, renderer=DirectForce())
+def test_direct_feedback_is_the_measured_force_a_way_late():
+    recording = ran(seconds=6.0, renderer=DirectForce())
     np.testing.assert_array_equal(recording.vector("rendered_force")[200:], recording.vector("force")[:-200])
 
 
-def test_a_late_flag_makes_energy_unless_energy_permits(tmp_path):
+def test_a_late_flag_makes_energy_unless_energy_permits():
     free, kept = (
-        ran(tmp_path, seconds=10.0, renderer=ImpedanceReflection(updates=way)) for way in (AtOnce(), EnergyPermitting())
+        ran(seconds=10.0, renderer=ImpedanceReflection(updates=way)) for way in (AtOnce(), EnergyPermitting())
     )
     assert not returnable(free).holds and returnable(free).least < -1e-3
     assert returnable(kept).least > -1e-6
-
-
-@pytest.mark.parametrize("name", COMPARISONS)
-def test_sensors_have_the_noise_that_the_figures_to_reach_are_asked_under(name):
-    scenarios = COMPARISONS[name].cases(Asked(Path(), seconds=5.0)).values()
-    assert {scenario.environment.noise for scenario in scenarios} == {NOISE}
-    assert load_scenario("setup1-free-running").environment.noise == NOISE
 
 
 def test_errors_are_told_against_the_force_without_noise_and_with_the_policy_of_updates(network):

@@ -1,6 +1,6 @@
 """The experiment on how sure the free-running estimator says it is."""
 
-from mmt_drake.diagrams.proof.experiments.coverage import TOUCHED, CoverageCase, coverage_table, report_of, run_case
+from mmt_drake.diagrams.proof.experiments.coverage import CASES, TOUCHED, CoverageCase, coverage_table, run_case
 
 
 def test_of_an_object_under_reaches_the_truth_is_near_and_the_deviations_are_those_of_the_noise() -> None:
@@ -20,7 +20,7 @@ def test_numbers_that_a_motion_does_not_tell_are_counted_apart() -> None:
     ]
     row = coverage_table(cases).rows[0]
     assert row[:4] == ["own", 5.0, "m", 0] and row[-1] == 1
-    report = report_of(cases)
+    report = CASES.report(cases)
     assert "60.0 % of 5 numbers" in report.sentences[0] and "100.0 % of 6" in report.sentences[1]
     missed = {(figure.case, figure.target.figure) for figure in report.reached if figure.reached is False}
     assert {case for case, _ in missed} == {"k2 after 5 s, own", "Fc after 5 s, own", "b1 after 5 s, own"}

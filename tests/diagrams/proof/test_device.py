@@ -1,12 +1,10 @@
 """A device in the hand: the velocity of its positions is what the rendered force needs, the vendor's is late."""
 
 import importlib.util
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from process_apart import output_of
 
 # In a process of its own, which loads a library of its own.
 PROGRAM = """
@@ -27,9 +25,5 @@ for longest in (operator._LONGEST_READING, -1.0):  # of the latter none is short
 
 @pytest.mark.skipif(importlib.util.find_spec("forcedimension_core") is None, reason="no extra `omega`")
 def test_velocity_from_positions_halves_the_error_of_the_device_s_own(checkout: Path, tmp_path: Path) -> None:
-    environ = {**os.environ, "PYTHONPATH": os.pathsep.join([str(checkout), os.environ.get("PYTHONPATH", "")])}
-    line = [sys.executable, "-c", PROGRAM, str(tmp_path)]
-    done = subprocess.run(line, env=environ, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 0, done.stderr
-    in_time, late = map(float, done.stdout.split())
+    in_time, late = map(float, output_of(PROGRAM, checkout, str(tmp_path)).split())
     assert in_time < 0.03 and late > 2.0 * in_time, (in_time, late)

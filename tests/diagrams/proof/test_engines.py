@@ -21,7 +21,7 @@ from mmt_drake.diagrams.proof.experiments.engines.method import (
 )
 from mmt_drake.diagrams.proof.experiments.engines.mujoco_methods import MOCAP
 from mmt_drake.diagrams.proof.experiments.engines.run import METHODS, measure
-from mmt_drake.diagrams.proof.experiments.engines.tables import TABLES, Point, points, printed_errors
+from mmt_drake.diagrams.proof.experiments.engines.tables import TABLES, points, printed_errors
 from mmt_drake.errors import MissingDependency
 from mmt_drake.model.linear import state_space, transfer_function
 
@@ -221,8 +221,3 @@ def test_the_page_shows_every_engine_and_the_theses_figures(ours, tmp_path):
     wrong = EnginesResult(run_engines([answering(1.001)]).cells, {})
     assert engines_table(wrong).rows[0][-1] == "missed; sampled: missed"
     assert any("reached" in line for line in findings(both))
-
-
-def test_a_point_knows_its_place_in_the_thesis():
-    point = POINTS["B", 6.27]
-    assert isinstance(point, Point) and (point.expected, point.printed) == (105.93, {"raisim": 108.85})

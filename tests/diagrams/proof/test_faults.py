@@ -11,7 +11,7 @@ import pytest
 
 from mmt_drake.diagrams.proof.faults import camera, network, process, recording, viewer, worker
 from mmt_drake.diagrams.proof.faults.injection import emulated_omega
-from mmt_drake.diagrams.proof.faults.network import KINDS, LinkFault
+from mmt_drake.diagrams.proof.faults.network import KINDS, LOST, LinkFault
 from mmt_drake.diagrams.proof.faults.session import FORCE, Session
 from mmt_drake.diagrams.proof.faults.wires import at_once
 from mmt_drake.errors import BadInput, MissingDependency
@@ -41,11 +41,11 @@ def test_a_fault_of_the_network_is_felt_as_nothing_worse_than_silence(
     row = network.try_kind(name, KINDS[name], omega, MOMENTS, tmp_path / "a.mcap")
     assert not row.wrong, "\n".join(row.wrong)
     assert 0.0 < row.greatest_force <= FORCE * (1 + 1e-9)
-    assert not KINDS[name].must or 0.0 < row.zero_after <= row.allowed
+    assert not KINDS[name].reasons or 0.0 < row.zero_after <= row.allowed
 
 
 def test_a_peer_that_is_there_although_it_must_be_lost_would_be_seen(omega: EmulatedOmega, tmp_path: Path) -> None:
-    row = network.try_kind("nothing", LinkFault(lambda draw: at_once, True, True), omega, 1, tmp_path / "a.mcap")
+    row = network.try_kind("nothing", LinkFault(lambda draw: at_once, LOST), omega, 1, tmp_path / "a.mcap")
     assert len(row.wrong) >= 1
 
 

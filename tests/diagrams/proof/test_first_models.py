@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.proof.experiments.first_models import (
-    KINDS,
-    LATE,
-    FittedCase,
-    drawn_recording,
-    report_of,
-    run_case,
-)
+from mmt_drake.diagrams.proof.experiments.first_models import CASES, KINDS, LATE, FittedCase, drawn_recording, run_case
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -35,7 +28,7 @@ def test_a_mass_that_may_be_any_does_not_end_a_fit() -> None:
 
 def test_a_recording_that_a_fit_refuses_is_counted() -> None:
     refused = FittedCase(0, LATE, {"k": 1.0}, {}, False, None, None, 3.0)
-    report = report_of((case("servo", 1.05, "determined"), refused))
+    report = CASES.report((case("servo", 1.05, "determined"), refused))
     assert "1 of 1 numbers" in report.sentences[0] and "1 of 1 fits" in report.sentences[1]
 
 
@@ -46,7 +39,7 @@ def case(kind: str, truth: float, told: str, explains: bool = True) -> FittedCas
 
 def test_only_what_is_called_determined_counts() -> None:
     told = [case("servo", 1.05, "determined"), case("servo", 1.2, "determined"), case("servo", 5.0, "at most")]
-    report = report_of((*told, case(LATE, 2.0, "of this structure", explains=False)))
+    report = CASES.report((*told, case(LATE, 2.0, "of this structure", explains=False)))
     (reached,) = report.reached
     assert reached.value == 0.5 and reached.reached is False
     assert "1 of 2 numbers called determined" in report.sentences[0]

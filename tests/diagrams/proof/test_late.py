@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import TransferFunction, lsim
 
-from mmt_drake.diagrams.proof.experiments.late import LATENESS, SECONDS, STEP, LateCase, late_table, report_of, run_case
+from mmt_drake.diagrams.proof.experiments.late import CASES, LATENESS, SECONDS, STEP, LateCase, late_table, run_case
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import behind_sensor
 
 
@@ -28,7 +28,7 @@ def test_the_worst_of_each_motion_counts() -> None:
         for plant, off in (("own", 1e-4), ("foreign", 1e-3))
         for lateness in LATENESS
     )
-    by, error = report_of(cases).reached[:2]
+    by, error = CASES.report(cases).reached[:2]
     assert by.value is not None and abs(by.value - 1e-3) < 1e-9 and not by.reached
     assert error.value == 0.01 and error.reached
     assert len(late_table(cases).rows) == len(SECONDS) * len(LATENESS)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mmt_drake.diagrams.proof.experiments.learning import KINDS, LAWS, LearningCase, LearningKind, report_of, tasks_of
+from mmt_drake.diagrams.proof.experiments.learning import CASES, KINDS, LAWS, LearningCase, LearningKind
 from mmt_drake.estimation.output_error.options import check_sought
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model_message import ModelMessage, ToldEffect
@@ -28,15 +28,15 @@ def test_every_law_is_one_that_may_be_felt() -> None:
 def test_a_report_counts_laws_that_came_in_time_and_wrong_ones() -> None:
     late = LearningCase(1, "a", ("nonlinear_stiffness",), "own", ("nonlinear_stiffness",), (), 41.0, 0.06, 0.02)
     wrong = LearningCase(0, "b", (), "foreign", (), ("hysteresis",), None, 0.01, None)
-    report = report_of([CUBIC, late, wrong])
+    report = CASES.report([CUBIC, late, wrong])
     assert [(r.target.figure, r.value, r.reached) for r in report.reached] == [
         ("laws that did not enter in time", 0.5, False),
         ("runs in which a wrong law was told", pytest.approx(1 / 3), False),
         ("rendered force after the laws have entered, at worst", 0.02, False),
     ]
     assert "Of 2 objects with a law that is felt" in report.sentences[0] and "in 1 of 3 runs" in report.sentences[0]
-    assert [r.reached for r in report_of([CUBIC]).reached] == [True, True, True]
+    assert [r.reached for r in CASES.report([CUBIC]).reached] == [True, True, True]
 
 
 def test_each_draw_has_every_kind() -> None:
-    assert len(tasks_of(2, seed=0)) == 2 * len(KINDS)
+    assert len(CASES.tasks(2, 0)) == 2 * len(KINDS)

@@ -8,10 +8,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mmt_drake.diagnosis.decide.blocks import replay_block
+from mmt_drake.diagrams.proof.experiments.changes import Cause, unchanged
 from mmt_drake.diagrams.proof.experiments.own_mismatch import (
     CAUSES,
     LATE_S,
-    BlockCause,
+    NO_BLOCK,
     believed,
     estimated_object,
     try_causes,
@@ -40,7 +41,7 @@ def strokes() -> Recording:
 
 
 def rendered_with(name: str) -> np.ndarray:
-    return replay_block(strokes(), station_blocks(BY_NAME[name].scenario(believed()))[-1])["rendered_force"]
+    return replay_block(strokes(), station_blocks(BY_NAME[name].change(believed()))[-1])["rendered_force"]
 
 
 def test_a_body_moved_by_position_only_damps_like_one_that_stands_still():
@@ -89,7 +90,7 @@ def test_the_estimated_object_is_the_latest_stable_estimate_without_what_pushes(
 
 
 def test_runs_that_share_a_scenario_share_a_recording(tmp_path: Path):
-    twice = (BlockCause("once", None), BlockCause("again", None))
+    twice = (Cause("once", NO_BLOCK, unchanged), Cause("again", NO_BLOCK, unchanged))
     made = try_causes(tmp_path, twice, scenario=believed(7.0))
     assert len(list(tmp_path.iterdir())) == 1
     assert made[0].recording is made[1].recording

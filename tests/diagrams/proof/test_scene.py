@@ -3,7 +3,7 @@
 import numpy as np
 
 from mmt_drake.analysis.carried import CarriedObject
-from mmt_drake.diagrams.proof.experiments.scene import IdentityWatch, SceneCase, Visit, latest, report_of
+from mmt_drake.diagrams.proof.experiments.scene import CASES, IdentityWatch, SceneCase, Visit, latest
 from mmt_drake.model.scene_layout import ROW, SeenState
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
@@ -53,7 +53,7 @@ def test_the_report_says_what_is_reached_and_what_is_missed() -> None:
     visits = (Visit("sponge", 0, 0.5, 0.2), Visit("sponge", 1, 0.02, 0.01), Visit("brick", 1, 0.2, 0.1))
     carried = CarriedObject(0.15, 0.001, 0.02, 0.001, 7.0, 0.06, 0.2)
     case = SceneCase(0, "own", visits, carried, 0.01, 0.01, 0.0, 4.0, 30.0, 0.95, 0, {"seen": 3})
-    verdicts = {(each.case, each.target.figure): each.reached for each in report_of([case]).reached}
+    verdicts = {(each.case, each.target.figure): each.reached for each in CASES.report([case]).reached}
     second = "first 0.5 s of a touch of a known object, worst"
     assert verdicts["own, seed 0, sponge", second] and not verdicts["own, seed 0, brick", second]
     missed = {figure for (name, figure), reached in verdicts.items() if name == "own, seed 0" and not reached}

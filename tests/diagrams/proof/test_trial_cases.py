@@ -12,7 +12,8 @@ from mmt_drake.diagrams.proof.trial.motions import draw_motion
 from mmt_drake.diagrams.proof.trial.other_cases import DRIVEN, MATERIAL, TRANSMISSION, draw_driven, draw_material
 from mmt_drake.diagrams.proof.trial.palpation import EFFECTS as PALPATED
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS
-from mmt_drake.diagrams.proof.trial.run import MODEL, RECORDING, draw_trial, run_trial, seal, write_case
+from mmt_drake.diagrams.proof.trial.run import MODEL, RECORDING, draw_trial, run_trial, write_case
+from mmt_drake.diagrams.proof.trial.sealing import seal
 from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.diagrams.proof.trial.sizes import SIZES
 from mmt_drake.errors import BadInput, Interrupted

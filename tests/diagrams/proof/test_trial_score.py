@@ -14,8 +14,8 @@ import pytest
 from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.diagrams.proof.trial import run
 from mmt_drake.diagrams.proof.trial.cases import draw_plain, draw_single
-from mmt_drake.diagrams.proof.trial.run import seal
 from mmt_drake.diagrams.proof.trial.score import TrialScore, score
+from mmt_drake.diagrams.proof.trial.sealing import seal
 from mmt_drake.diagrams.proof.trial.summary import (
     confusion,
     confusion_picture,

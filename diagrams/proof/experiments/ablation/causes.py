@@ -1,12 +1,12 @@
 """Possible causes of the errors of the thesis's figures, as changes of a scenario in which none of it is."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from mmt_drake.diagrams.proof.experiments.changes import (
     NOISE,
-    Change,
+    Cause,
     at_once,
     estimating,
     forgetting,
@@ -27,21 +27,6 @@ from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.model.regrouping import EQUATIONS
 from mmt_drake.model.structure import Friction
-
-
-@dataclass(frozen=True)
-class Cause:
-    """One cause, or several together.
-
-    Attributes:
-        name: in a few words.
-        group: where it sits: `none`, `estimator`, `plant`, `renderer`, `hand`, or `together`.
-        change: what it makes of a scenario.
-    """
-
-    name: str
-    group: str
-    change: Change
 
 
 def healthy(seconds: float | None = None, seed: int = 0) -> Scenario:
@@ -113,4 +98,4 @@ def _causes() -> Iterator[Cause]:
 
 
 CAUSES: Final = tuple(_causes())
-"""One at a time, then the likely ones together."""
+"""One at a time, then the likely ones together; groups: `estimator plant renderer hand together`, `none`."""

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 from itertools import combinations, groupby
 from typing import Final
 
-from mmt_drake.diagrams.proof.experiments.ablation.causes import Cause
 from mmt_drake.diagrams.proof.experiments.ablation.claims import CLAIMS, REFERENCES, Claim
 from mmt_drake.diagrams.proof.experiments.ablation.run import Verdict
+from mmt_drake.diagrams.proof.experiments.changes import Cause
 
 _FIGURES: Final = frozenset(figure for claim in CLAIMS for figure in claim.figures)
 _FEW: Final = 4  # names in a sentence; a table has them all

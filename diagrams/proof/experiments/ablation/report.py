@@ -17,10 +17,11 @@ from mmt_drake.analysis.plotting import BLACK, DPI, GREY, RED, WIDTH_IN, styled
 from mmt_drake.analysis.signals import BAND_NAMES, BANDS
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import in_percent, significant
-from mmt_drake.diagrams.proof.experiments.ablation.causes import CAUSES, Cause
+from mmt_drake.diagrams.proof.experiments.ablation.causes import CAUSES
 from mmt_drake.diagrams.proof.experiments.ablation.claims import CLAIMS, REFERENCES
 from mmt_drake.diagrams.proof.experiments.ablation.findings import findings, listed, ranges, reproducing
 from mmt_drake.diagrams.proof.experiments.ablation.run import RUNS, Verdict, cases, verdicts_of
+from mmt_drake.diagrams.proof.experiments.changes import Cause
 from mmt_drake.diagrams.proof.experiments.comparison import Comparison, Findings
 from mmt_drake.diagrams.proof.experiments.runs import Cases, ratio_of
 from mmt_drake.diagrams.proof.experiments.targets import ESTIMATED, RENDERED

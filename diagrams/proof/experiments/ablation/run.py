@@ -9,8 +9,9 @@ from scipy.signal import hilbert
 
 from mmt_drake.analysis.metrics import counted, measure
 from mmt_drake.analysis.signals import BANDS, components, in_band, mean_step, on_even_clock
-from mmt_drake.diagrams.proof.experiments.ablation.causes import CAUSES, Cause, healthy
+from mmt_drake.diagrams.proof.experiments.ablation.causes import CAUSES, healthy
 from mmt_drake.diagrams.proof.experiments.ablation.claims import CLAIMS, REFERENCES, Claim, Runs
+from mmt_drake.diagrams.proof.experiments.changes import Cause
 from mmt_drake.diagrams.proof.experiments.runs import Cases, MeasuredRun
 from mmt_drake.diagrams.proof.experiments.targets import RENDERED, answered, bands, estimated, stable
 from mmt_drake.diagrams.proof.experiments.thesis import FREEZE_AFTER_S, SCENARIOS

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,6 +21,7 @@ from mmt_drake.diagrams.proof.studies.processes import results_of
 from mmt_drake.diagrams.proof.studies.study import Asked, Progress, Report, Study
 from mmt_drake.diagrams.proof.trial.arms.cases import EFFECTS, ArmTrialCase, draw_case
 from mmt_drake.diagrams.proof.trial.arms.engine import Concealment
+from mmt_drake.diagrams.proof.trial.sealing import canonical, seal
 
 
 @dataclass(frozen=True)
@@ -120,21 +119,20 @@ def arm_study(per_effect: int, remainder: float) -> Study:
             for number, first in enumerate(firsts)
         ]
         cases = results_of(draws, asked.jobs, lambda done: progress(0.3 * done))
-        truths = json.dumps([case.truth() for case in cases], sort_keys=True, separators=(",", ":"))
-        seal = hashlib.sha256(truths.encode()).hexdigest()
-        asked.say(f"sealed: {seal}")
+        sealed = seal(cases)
+        asked.say(f"sealed: {sealed}")
         tasks = [partial(diagnosed, case.folder) for case in cases]
         answers = results_of(
             tasks, asked.jobs, lambda done: progress(0.3 * len(cases) + 0.7 * done), compile_first=True
         )
-        (asked.out / "truths.json").write_text(truths)
+        (asked.out / "truths.json").write_text(canonical(cases))
         scores = [scored(case, answer) for case, answer in zip(cases, answers, strict=True)]
-        return report_of(scores, seal, asked.seed, remainder)
+        return report_of(scores, sealed, asked.seed, remainder)
 
     return Study("cases of arms", ("seed",), lambda asked: float(len(firsts)), run)
 
 
-def report_of(scores: Sequence[ArmScore], seal: str, seed: int, remainder: float) -> Report:
+def report_of(scores: Sequence[ArmScore], sealed: str, seed: int, remainder: float) -> Report:
     """What a trial comes to."""
     effects = sum(len(score.truth) for score in scores)
     named = sum(len(score.named) for score in scores)
@@ -160,7 +158,7 @@ def report_of(scores: Sequence[ArmScore], seal: str, seed: int, remainder: float
         + (", ".join(f"{name} on {where or 'the arm'}" for name, where in score.truth) or "nothing")
         for score, thing in false
     ]
-    data: dict[str, Any] = {"trial": "arms", "seal_sha256": seal, "seed": seed, "remainder": remainder}
+    data: dict[str, Any] = {"trial": "arms", "seal_sha256": sealed, "seed": seed, "remainder": remainder}
     data["cases"] = [
         {
             "case": s.case,

@@ -4,9 +4,9 @@ Nominal values are those a user would have: published by the owners of the data,
 structure that is handed in.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from mmt_drake.diagrams.proof.trial.real.arm_cases import CASES as ARMS
 from mmt_drake.diagrams.proof.trial.real.arm_cases import ArmCase
@@ -14,6 +14,7 @@ from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCas
 from mmt_drake.diagrams.proof.trial.real.preparation import from_horizontal, from_release, loaded_by_gravity
 from mmt_drake.errors import BadInput
 
+Kind = TypeVar("Kind", RealCase, ArmCase)
 _BASELINES = "Champneys et al. 2024, Baseline Results for Selected Nonlinear System Identification Benchmarks"
 _BEST_SILVERBOX = "best result collected for the Silverbox on nonlinearbenchmark.org"
 
@@ -236,10 +237,7 @@ def real_cases(directory: str | Path, only: Collection[str] = ()) -> list[RealCa
     for name in only:
         if name not in known:
             raise BadInput("--only", found=repr(name), expected=f"one of {', '.join(sorted(known))}")
-    cases = [case for case in CASES if not only or case.folder in only]
-    for case in cases:
-        case.path(directory)
-    return cases
+    return _chosen(CASES, directory, only)
 
 
 def real_arms(directory: str | Path, only: Collection[str] = ()) -> list[ArmCase]:
@@ -252,10 +250,14 @@ def real_arms(directory: str | Path, only: Collection[str] = ()) -> list[ArmCase
     Raises:
         BadInput: a folder is missing; it says which.
     """
-    cases = [case for case in ARMS if not only or case.folder in only]
-    for case in cases:
+    return _chosen(ARMS, directory, only)
+
+
+def _chosen(cases: Sequence[Kind], directory: str | Path, only: Collection[str]) -> list[Kind]:
+    chosen = [case for case in cases if not only or case.folder in only]
+    for case in chosen:
         case.path(directory)
-    return cases
+    return chosen
 
 
 def without_a_case(directory: str | Path) -> list[str]:

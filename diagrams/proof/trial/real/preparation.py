@@ -31,6 +31,12 @@ def between(recording: Recording, start: float, end: float) -> Recording:
     return replace(recording, time=recording.time[kept], columns=columns, clouds=())
 
 
+def beginning(recording: Recording, seconds: float) -> Recording:
+    """The first seconds of a recording; raises as `between`."""
+    start = float(recording.time[0])
+    return between(recording, start, start + seconds)
+
+
 def loaded_by_gravity(recording: Recording) -> Recording:
     """A servo that holds up a pendulum, with `load`: the torque of gravity that its gears carry, as measured [N m].
 
