@@ -19,6 +19,8 @@ from mmt_drake.model import driven_body
 from mmt_drake.numeric.arrays import Array, Flags
 
 Numbers = NDArray[np.intp]
+Guess = tuple[Array, Array]
+"""A position and a rate (2,), and their weights (2,)."""
 
 FEWEST, MOST, EVERY = 6, 120, 3
 """Blocks of a record; one of every so many is held out."""
@@ -126,14 +128,15 @@ class Windows:
         edges = time[0] + duration * np.arange(blocks + 1) / blocks
         edges[-1] = np.inf
         lead, held = LEAD * duration / blocks, held_blocks(blocks)
-        rows, runs, states = [], [], []
+        rows, runs, states = list[list[int]](), list[list[int]](), list[tuple[Guess, Guess]]()
         for k in range(blocks):
             own = k == 0 or held[k - 1]
             first = edges[k] + margin * (k > 0) if own else edges[k] - margin - lead
-            row = np.searchsorted(time, [first, first + lead, first + lead if own else edges[k], edges[k + 1]])
+            times = [first, first + lead, first + lead if own else edges[k], edges[k + 1]]
+            row = [int(at) for at in np.searchsorted(time, times)]
             if row[3] <= row[2]:
                 continue
-            state = _guess(time, output, int(row[0]), int(row[1]))
+            state = _guess(time, output, row[0], row[1])
             if not own or not rows:  # it may be measured all the way
                 before = int(np.searchsorted(time, edges[max(k - 1, 0)] + margin))
                 runs.append([min(before, row[0]), *row[:2]])
@@ -143,8 +146,8 @@ class Windows:
                 states.append((states[-1][1], state))
             rows.append(row)
         guess, weight = (np.array([[state[i] for state in pair] for pair in states]) for i in (0, 1))
-        table, before = (np.array(each, dtype=np.intp) for each in (rows, runs))
-        return cls(table, before, np.ones(len(time), dtype=bool), guess, weight, duration / blocks)
+        table, begun = (np.array(each, dtype=np.intp) for each in (rows, runs))
+        return cls(table, begun, np.ones(len(time), dtype=bool), guess, weight, duration / blocks)
 
 
 def blocks_of(time: Array, length: float) -> int:
@@ -180,7 +183,7 @@ def sets_out(time: Array, output: Array) -> bool:
     return bool(least > _AT_REST * np.sqrt(np.mean(np.gradient(output, time) ** 2)))
 
 
-def _first(time: Array, output: Array) -> tuple[Array, Array]:
+def _first(time: Array, output: Array) -> Guess:
     """The result of `_guess`, at the first sample, from the stretch whose cubic says the rate best."""
     end, solution, _ = min(_beginnings(time, output), key=lambda found: found[2])
     return solution[:2], _weight(time[:end])
@@ -205,7 +208,7 @@ def _cubic(time: Array, output: Array, end: int) -> tuple[Array, float]:
     return solution / span ** np.arange(4), float(np.sqrt(variance)) / span
 
 
-def _guess(time: Array, output: Array, first: int, end: int) -> tuple[Array, Array]:
+def _guess(time: Array, output: Array, first: int, end: int) -> Guess:
     """Position and rate (2,) at the first of some samples by a parabola, and their weights (2,) beside the samples."""
     if end - first < LEAST_LEAD // 2:  # a gap: nothing to fit
         return np.array([output[first], 0.0]), np.zeros(2)
