@@ -3,9 +3,8 @@
 A body that nothing holds integrates: the smallest error of its input drifts, and a whole record simulated in one go
 shows that alone. Windows show what the model does within each. The record is cut into blocks of equal length, of which
 a third is held out; a block is one window. Its lead-in is the end of the block before it, unless that is held out:
-then it is the block's own beginning. What laws remember where the lead-in begins comes of the motion before it: as it
-was measured in the block before, or, if that is held out, as it is simulated there. So no held-out sample sets a state
-that is scored.
+then it is the block's own beginning. What laws remember there comes of all motion before it: as it was measured, and in
+blocks that are held out as it is simulated. So no held-out sample sets a state that is scored.
 """
 
 from __future__ import annotations
@@ -19,8 +18,6 @@ from mmt_drake.model import driven_body
 from mmt_drake.numeric.arrays import Array, Flags
 
 Numbers = NDArray[np.intp]
-Guess = tuple[Array, Array]
-"""A position and a rate (2,), and their weights (2,)."""
 
 FEWEST, MOST, EVERY = 6, 120, 3
 """Blocks of a record; one of every so many is held out."""
@@ -42,41 +39,41 @@ class Windows:
     Attributes:
         rows: (w, 4) samples of each: the first, where the lead-in ends, the first that is scored, where it ends. A
             window without a lead-in starts at rest.
-        runs: (w, 3) samples from which on laws take what they remember at its first one: from the first of these the
-            measured motion; from the second, whose lead-in ends at the third, the simulated one.
+        kept: (w,) whether it is simulated.
         used: (n,) samples that may set a state.
-        guess: (w, 2, 2) position and rate at the beginning of the simulated run, and at the window's first sample, each
-            from its lead-in alone.
-        weight: (w, 2, 2) what they count beside the lead-in, which keeps a fit of a state that hardly shows near them.
+        guess: (w, 2) position and rate at the first sample, from the lead-in alone.
+        weight: (w, 2) what the guess counts beside the lead-in, which keeps a fit of a state that hardly shows near it.
         length: of a window [s].
     """
 
     rows: Numbers
-    runs: Numbers
+    kept: Flags
     used: Flags
     guess: Array
     weight: Array
     length: float
 
     @property
+    def count(self) -> int:
+        """How many are simulated."""
+        return int(self.kept.sum())
+
+    @property
     def scored(self) -> Flags:
         """(n,) samples that are simulated, and not to fit a state."""
         flags = np.zeros(len(self.used), dtype=bool)
-        for _, _, first, end in self.rows:
+        for _, _, first, end in self.rows[self.kept]:
             flags[first:end] = True
         return flags
 
     def scoring(self, wanted: Flags) -> Windows:
         """Those that score any of the samples (n,) wanted."""
-        return self._only(np.array([wanted[first:end].any() for _, _, first, end in self.rows], dtype=bool))
+        any_of = np.array([wanted[first:end].any() for _, _, first, end in self.rows], dtype=bool)
+        return replace(self, kept=self.kept & any_of)
 
     def every(self, often: int) -> Windows:
         """One of every so many."""
-        return self._only(np.arange(len(self.rows)) % often == 0)
-
-    def _only(self, kept: Flags) -> Windows:
-        per_window = {name: getattr(self, name)[kept] for name in ("rows", "runs", "guess", "weight")}
-        return replace(self, **per_window)
+        return replace(self, kept=self.kept & ((np.cumsum(self.kept) - 1) % often == 0))
 
     @property
     def at_rest(self) -> bool:
@@ -87,7 +84,7 @@ class Windows:
         self, measured: Array, time: Array, u: Array, load: Array, p: Array, output: Array, rate: Array, states: Array
     ) -> None:
         """`driven_body.replay_windows` of these."""
-        windows = self.rows, self.runs, self.used, self.guess, self.weight
+        windows = self.rows, self.kept, self.used, self.guess, self.weight
         driven_body.replay_windows(*windows, measured, time, u, load, p, output, rate, states)
 
     @classmethod
@@ -101,14 +98,14 @@ class Windows:
         """
         count = len(time)
         used = ~in_blocks(time, np.arange(WHOLE) % EVERY == EVERY - 1)
-        guess, weight = np.full((1, 2, 2), [float(output[0]), 0.0]), np.zeros((1, 2, 2))
+        guess, weight = np.array([[float(output[0]), 0.0]]), np.zeros((1, 2))
         lead = 0
         if fitted and count >= LEAST_LEAD:
             lead = count
-            guess[0, 1], weight[0, 1] = _first(time, output)
+            guess[0], weight[0] = _first(time, output)
         length = float(time[-1] - time[0])
-        rows, runs = np.array([[0, lead, 0, count]], dtype=np.intp), np.zeros((1, 3), dtype=np.intp)
-        return cls(rows, runs, used, guess, weight, length)
+        rows = np.array([[0, lead, 0, count]], dtype=np.intp)
+        return cls(rows, np.ones(1, dtype=bool), used, guess, weight, length)
 
     @classmethod
     def of(cls, time: Array, output: Array, length: float | None, margin: float = 0.0, fitted: bool = False) -> Windows:
@@ -128,26 +125,17 @@ class Windows:
         edges = time[0] + duration * np.arange(blocks + 1) / blocks
         edges[-1] = np.inf
         lead, held = LEAD * duration / blocks, held_blocks(blocks)
-        rows, runs, states = list[list[int]](), list[list[int]](), list[tuple[Guess, Guess]]()
+        rows = []
         for k in range(blocks):
             own = k == 0 or held[k - 1]
             first = edges[k] + margin * (k > 0) if own else edges[k] - margin - lead
-            times = [first, first + lead, first + lead if own else edges[k], edges[k + 1]]
-            row = [int(at) for at in np.searchsorted(time, times)]
-            if row[3] <= row[2]:
-                continue
-            state = _guess(time, output, row[0], row[1])
-            if not own or not rows:  # it may be measured all the way
-                before = int(np.searchsorted(time, edges[max(k - 1, 0)] + margin))
-                runs.append([min(before, row[0]), *row[:2]])
-                states.append((state, state))
-            else:  # through the window before, from where that one takes it
-                runs.append([runs[-1][0], *rows[-1][:2]])
-                states.append((states[-1][1], state))
-            rows.append(row)
-        guess, weight = (np.array([[state[i] for state in pair] for pair in states]) for i in (0, 1))
-        table, begun = (np.array(each, dtype=np.intp) for each in (rows, runs))
-        return cls(table, begun, np.ones(len(time), dtype=bool), guess, weight, duration / blocks)
+            at = np.searchsorted(time, [first, first + lead, first + lead if own else edges[k], edges[k + 1]])
+            rows.append(at)
+        table = np.array([row for row in rows if row[3] > row[2]], dtype=np.intp)
+        found = [_guess(time, output, int(first), int(end)) for first, end in table[:, :2]]
+        guess, weight = (np.array([pair[i] for pair in found]) for i in (0, 1))
+        kept, used = np.ones(len(table), dtype=bool), np.ones(len(time), dtype=bool)
+        return cls(table, kept, used, guess, weight, duration / blocks)
 
 
 def blocks_of(time: Array, length: float) -> int:
@@ -183,7 +171,7 @@ def sets_out(time: Array, output: Array) -> bool:
     return bool(least > _AT_REST * np.sqrt(np.mean(np.gradient(output, time) ** 2)))
 
 
-def _first(time: Array, output: Array) -> Guess:
+def _first(time: Array, output: Array) -> tuple[Array, Array]:
     """The result of `_guess`, at the first sample, from the stretch whose cubic says the rate best."""
     end, solution, _ = min(_beginnings(time, output), key=lambda found: found[2])
     return solution[:2], _weight(time[:end])
@@ -208,7 +196,7 @@ def _cubic(time: Array, output: Array, end: int) -> tuple[Array, float]:
     return solution / span ** np.arange(4), float(np.sqrt(variance)) / span
 
 
-def _guess(time: Array, output: Array, first: int, end: int) -> Guess:
+def _guess(time: Array, output: Array, first: int, end: int) -> tuple[Array, Array]:
     """Position and rate (2,) at the first of some samples by a parabola, and their weights (2,) beside the samples."""
     if end - first < LEAST_LEAD // 2:  # a gap: nothing to fit
         return np.array([output[first], 0.0]), np.zeros(2)

@@ -73,9 +73,9 @@ def test_what_a_model_leaves_out_shows_as_much_as_from_known_states(truth, drift
     fitted = in_windows(BODY, recording, windows)[0]["output"]
     known = Windows(
         np.column_stack([windows.rows[:, 2]] * 3 + [windows.rows[:, 3]]),
-        np.column_stack([windows.rows[:, 2]] * 3),
+        windows.kept,
         windows.used,
-        np.stack([motion[windows.rows[:, 2]]] * 2, axis=1),
+        motion[windows.rows[:, 2]],
         windows.weight,
         windows.length,
     )
@@ -93,10 +93,13 @@ def test_a_window_begins_with_what_friction_remembers_of_the_motion_before_it():
     windows = Windows.of(TIME, recording["output"], 2.5)
     right = in_windows(SETTING_IN, recording, windows)[0]["output"]
     off = np.sqrt(np.mean((right - motion[:, 0])[windows.scored] ** 2))
-    forgotten = replace(windows, runs=np.repeat(windows.rows[:, :1], 3, axis=1))
-    without = in_windows(SETTING_IN, recording, forgotten)[0]["output"]
     assert off < 3.0 * NOISE
-    assert np.sqrt(np.mean((without - motion[:, 0])[windows.scored] ** 2)) > 10.0 * off
+    forgotten = motion[:, 0].copy()
+    for i in range(len(windows.rows)):
+        alone = replace(windows, rows=windows.rows[i : i + 1], kept=windows.kept[i : i + 1])
+        alone = replace(alone, guess=windows.guess[i : i + 1], weight=windows.weight[i : i + 1])
+        forgotten[alone.scored] = in_windows(SETTING_IN, recording, alone)[0]["output"][alone.scored]
+    assert np.sqrt(np.mean((forgotten - motion[:, 0])[windows.scored] ** 2)) > 10.0 * off
 
 
 def driven_track(length):

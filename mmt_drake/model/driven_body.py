@@ -12,6 +12,7 @@ from mmt_drake.model.body import (
     MEMORY,
     MODE,
     POSITION,
+    SENSOR_MEMORY,
     VELOCITY,
     advance_body,
     advance_memory,
@@ -38,6 +39,7 @@ _STATE_STEPS = 4  # of the fit of a state
 _SHORTER = 0.3  # times a step that made it worse
 _DIFFERENCE = 1e-3  # of how far a lead-in goes
 _KNOTS = 8  # of the measured motion in the time of a lead-in, of which laws take what they remember
+_MEMORY_SIZE = SENSOR_MEMORY - MEMORY
 
 # Layout of the state vector.
 _next = Layout()
@@ -147,7 +149,7 @@ def replay_part(
 @njit(cache=True, error_model="numpy", nogil=True)
 def replay_windows(
     rows: Numbers,
-    runs: Numbers,
+    kept: Flags,
     used: Flags,
     guess: Array,
     weight: Array,
@@ -166,55 +168,69 @@ def replay_windows(
     worse is shortened.
 
     Args:
-        rows, runs, used, guess, weight: as in `Windows`.
+        rows, kept, used, guess, weight: as in `Windows`.
         measured: (n,) output that the lead-ins are fitted to.
         time, u, load, p: as of `replay`.
         output, rate: (n,) filled, lead-ins included where nothing is scored.
-        states: (w, 2) filled with the position and rate at each window's first sample.
+        states: (w, 2) filled with the position and rate at the first sample of each window that is kept.
     """
-    n, state = len(time), np.empty(STATE_SIZE)
-    drive, moved = (time, u, load, p), np.empty((2, n))
-    work, run = (state, output, rate, moved), (state, np.empty(n), np.empty(n), moved)
+    drive, state, moved = (time, u, load, p), np.empty(STATE_SIZE), np.empty((2, len(time)))
+    work = (state, output, rate, moved)
+    memory = np.zeros((len(rows), _MEMORY_SIZE))
+    if constants(p).remembers:
+        aside = (state, np.empty(len(time)), np.empty(len(time)), moved)
+        for i in range(1, np.max(np.flatnonzero(kept)) + 1):
+            _pass_on(
+                rows[i - 1 : i + 1], memory[i - 1 : i + 1], used, guess[i - 1], weight[i - 1], measured, drive, aside
+            )
     for i in range(len(rows) - 1, -1, -1):  # what a window scores lies over the lead-in of the next one
-        first, lead, end = rows[i, 0], rows[i, 1], rows[i, 3]
-        q = _remembered(runs[i], first, used, guess[i, 0], weight[i, 0], measured, drive, run)
-        states[i, 0], states[i, 1] = guess[i, 1, 0], guess[i, 1, 1]
-        if lead > first:
-            fitted = _fit_state(q, first, lead, used, guess[i, 1], weight[i, 1], measured, drive, work)
-            states[i, 0], states[i, 1] = fitted
-        _replay_from(states[i, 0], states[i, 1], q, first, end, drive, state, output, rate)
+        if kept[i]:
+            q, (first, lead, _, end) = read_memory(memory[i], 0), rows[i]
+            states[i, 0], states[i, 1] = guess[i, 0], guess[i, 1]
+            if lead > first:
+                states[i, 0], states[i, 1] = _fit_state(
+                    q, first, lead, used, guess[i], weight[i], measured, drive, work
+                )
+            _replay_from(states[i, 0], states[i, 1], q, first, end, drive, state, output, rate)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _remembered(
-    run: Numbers, first: int, used: Flags, guess: Array, weight: Array, measured: Array, drive: Drive, work: Work
-) -> Memory:
-    """What laws remember at the sample `first` after a run, one of `Windows.runs`, whose guess and weight are (2,).
+def _pass_on(
+    rows: Numbers, memory: Array, used: Flags, guess: Array, weight: Array, measured: Array, drive: Drive, work: Work
+) -> None:
+    """What laws remember at the first sample of the second of two windows, from what they do at that of the first.
 
-    Measured motion goes straight through a few knots in the time of a lead-in: from one sample to the next its noise is
-    a way, too.
+    Where the second one's lead-in is its own beginning, the motion between them is simulated, as from the first one's
+    lead-in. Else it is the measured one, straight through a few knots in the time of a lead-in: from one sample to the
+    next its noise is a way, too.
+
+    Args:
+        rows: (2, 4) as in `Windows`.
+        memory: (2, 4) whose second row is filled.
+        used, measured, drive, work: as of `replay_windows`; what is simulated is no result.
+        guess, weight: (2,) of the first window.
     """
     (time, u, load, p), (state, output, rate, _) = drive, work
-    before, begun, lead = run
-    knot = max((lead - begun) // _KNOTS, 1)
-    k = before + (begun - before) % knot
-    begin(state, time[k], u[k], load[k], measured[k])
-    state[BEGAN] = time[0]
-    if not constants(p).remembers:
-        return read_memory(state, BODY + MEMORY)
-    while k < begun:
-        k += knot
-        h = time[k] - state[TIME]
-        c = _constants_at(state, time[k], p)
-        line, normal, start = _pushed(state, h, u[k], load[k], c)
-        path = Cubic(measured[k - knot], (measured[k] - measured[k - knot]) / h, 0.0, 0.0)
-        advance_memory(state, BODY, h, path, Surroundings(line, normal, 0.0, True, start, level_spring(c)), c)
-        state[TIME], state[INPUT], state[LOAD] = time[k], u[k], load[k]
-    if begun < first:
-        q = read_memory(state, BODY + MEMORY)
-        x, v = _fit_state(q, begun, lead, used, guess, weight, measured, drive, work)
+    begun, first, lead = rows[0, 0], rows[1, 0], rows[1, 1]
+    q = read_memory(memory[0], 0)
+    if lead == rows[1, 2]:
+        x, v = _fit_state(q, begun, rows[0, 1], used, guess, weight, measured, drive, work)
         _replay_from(x, v, q, begun, first + 1, drive, state, output, rate)
-    return read_memory(state, BODY + MEMORY)
+    else:
+        knot = max((lead - first) // _KNOTS, 1)
+        k = begun + (first - begun) % knot
+        begin(state, time[k], u[k], load[k], measured[k])
+        state[BEGAN] = time[0]
+        write_memory(state, BODY + MEMORY, q)
+        while k < first:
+            k += knot
+            h = time[k] - state[TIME]
+            c = _constants_at(state, time[k], p)
+            line, normal, start = _pushed(state, h, u[k], load[k], c)
+            path = Cubic(measured[k - knot], (measured[k] - measured[k - knot]) / h, 0.0, 0.0)
+            advance_memory(state, BODY, h, path, Surroundings(line, normal, 0.0, True, start, level_spring(c)), c)
+            state[TIME], state[INPUT], state[LOAD] = time[k], u[k], load[k]
+    write_memory(memory[1], 0, read_memory(state, BODY + MEMORY))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -70,11 +70,22 @@ def test_the_state_at_a_windows_begin_is_the_weighted_least_squares_one():
     model, t, n = DrivenBodyModel(m=m, b=b), np.cumsum(random.uniform(0.002, 0.02, 200)), 200
     rows, used = np.array([[0, 60, 60, 100], [100, 150, 150, 200]]), random.random(n) < 0.7
     guess, weight = np.array([[0.5, 0.9], [400.0, -0.4]]), np.array([[0.2, 0.5], [1.0, 0.1]])
-    runs, pairs = np.repeat(rows[:, :1], 3, axis=1), (np.stack([each, each], axis=1) for each in (guess, weight))
     measured, states = np.repeat([0.1, 400.3], 100) + random.normal(0.0, 0.05, n), np.empty((2, 2))
     output, rate, still = np.empty(n), np.empty(n), np.zeros(n)
     driven.replay_windows(
-        rows, runs, used, *pairs, measured, t, still, still, model.kernel_vector(), output, rate, states
+        rows,
+        np.ones(2, dtype=bool),
+        used,
+        guess,
+        weight,
+        measured,
+        t,
+        still,
+        still,
+        model.kernel_vector(),
+        output,
+        rate,
+        states,
     )
     for (first, lead, scored, end), found, near, share in zip(rows, states, guess, weight, strict=True):
         moved = np.column_stack([np.ones(end - first), -np.expm1(-b / m * (t[first:end] - t[first])) * m / b])

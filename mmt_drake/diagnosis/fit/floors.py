@@ -32,7 +32,7 @@ def with_floors(tracks: Sequence[Track], model: Structure) -> tuple[Track, ...]:
             told = told - track.smoothed.input[:, 0]
         least = LEAST_NOISE * float(np.std(told[track.weight > 0.0]))
         if isinstance(track, DrivenTrack):
-            through *= 1.0 + math.sqrt(2.0 / max(len(track.windows.rows), 2))
+            through *= 1.0 + math.sqrt(2.0 / max(track.windows.count, 2))
         result.append(replace(track, floor=max(math.hypot(own, through), least)))
     return tuple(result)
 

@@ -294,7 +294,7 @@ class DrivenTrack(Track):
         if len(self.time) > LONG:
             split = replace(self, window_s=self.window_s or self.windows.length / (2 * WHOLE))
             fitted = split.windows.scoring(~self.heldout)
-            often = min(len(self.time) // LONG + 1, len(fitted.rows) // _FEWEST)
+            often = min(len(self.time) // LONG + 1, fitted.count // _FEWEST)
             return replace(split, wanted=fitted.every(max(often, 1)).scored)
         if self.window_s is not None:
             return self
