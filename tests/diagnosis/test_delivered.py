@@ -1,12 +1,16 @@
 """Which of the effects of a fit are delivered."""
 
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
-from trial_samples import named
+from trial_samples import model, named
 
 from mmt_drake.diagnosis.decide.budget import BudgetPart
-from mmt_drake.diagnosis.decide.delivered import CLEARLY, outstanding
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
+from mmt_drake.diagnosis.decide.delivered import CLEARLY, agreed, outstanding
+from mmt_drake.diagnosis.fit.problem import Fitted
 
 NAMELESS = 0.01
 
@@ -32,3 +36,30 @@ def test_an_effect_is_delivered_only_where_it_stands_out_from_what_nobody_has_na
     ]
     problem: Any = None
     assert outstanding(problem, both, shares, fits).hypothesis.names == left
+
+
+def leaving(cost: float, *names: str) -> Fitted:
+    """A fit with these effects, beside friction of the model's own, and what it leaves."""
+    fitted = named(*names)
+    hypothesis = replace(fitted.hypothesis, nominal=model(Fc=0.3))
+    return replace(fitted, hypothesis=hypothesis, minimum=replace(fitted.minimum, residual=np.array([np.sqrt(cost)])))
+
+
+@pytest.mark.parametrize(
+    ("cost_of_the_spring", "names", "sure"),
+    [
+        (12.0, ("nonlinear_stiffness",), True),  # of 100, what is equal takes 2
+        (60.0, ("constant_force", "nonlinear_stiffness"), False),  # it takes more than half of what there is
+    ],
+)
+def test_equals_beside_a_law_leave_that_law_sure_where_they_take_next_to_nothing(
+    cost_of_the_spring: float, names: tuple[str, ...], sure: bool
+) -> None:
+    spring = leaving(cost_of_the_spring, "nonlinear_stiffness")
+    pushed = leaving(10.0, "nonlinear_stiffness", "constant_force")
+    uneven = leaving(10.0, "nonlinear_stiffness", "asymmetric_friction")
+    chances = {pushed.hypothesis.key: 1.0, uneven.hypothesis.key: 0.9}
+    believed = ConfidenceSet((pushed, uneven), chances, frozenset(chances), {})
+    problem: Any = None
+    delivered, is_sure = agreed(problem, believed, [leaving(100.0), spring, pushed, uneven])
+    assert (tuple(sorted(delivered.hypothesis.names)), is_sure) == (names, sure)

@@ -17,7 +17,8 @@ def agreed(problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) ->
 
     The simplest member of the confidence set, without those of its effects that must not be said, and those that
     other members do without: these take from what nobody has named. If it has an equal in the set, or nothing is
-    common to all, no name is sure.
+    common to all, no name is sure. But where the rest takes next to nothing, it does not matter which of its names are
+    equal: what is common to all is delivered without it.
 
     Args:
         problem: what was fitted.
@@ -26,10 +27,15 @@ def agreed(problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) ->
     """
     best = believed.members[0]
     unsaid = believed.unsaid.get(best.hypothesis.key, frozenset())
-    if believed.has_equal(best):
-        return believed.best(), False
     left_out = [e.name for e in best.hypothesis.effects if e.name in unsaid or believed.depth(e) is None]
     hypothesis = best.hypothesis.without(*left_out)
+    if believed.has_equal(best):
+        common = _fit_of(problem, best, hypothesis, fits) if hypothesis.effects else best
+        nothing = max(f.cost for f in fits if not f.hypothesis.effects)
+        slight = CLEARLY * (common.cost - best.cost) <= nothing - common.cost
+        if common is not best and slight and not believed.has_equal(common):
+            return common, True
+        return believed.best(), False
     if not hypothesis.effects and not unsaid:
         return believed.best(), False  # of several explanations that have nothing in common
     return _fit_of(problem, best, hypothesis, fits), True
