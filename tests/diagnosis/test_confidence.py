@@ -11,6 +11,7 @@ from trial_samples import COULOMB, beside, model, named, problem_of, recorded
 from mmt_drake.diagnosis.decide import confidence
 from mmt_drake.diagnosis.decide.confidence import (
     ConfidenceSet,
+    beside_a_greater,
     beside_its_kin,
     beside_the_nameless,
     beside_the_untried,
@@ -260,6 +261,21 @@ def test_a_name_is_no_surer_than_what_there_was_time_to_try_in_its_place(depth, 
 )
 def test_two_laws_of_one_family_may_make_up_a_third(others, depth, said) -> None:
     assert beside_its_kin(depth, LIBRARY["coulomb_friction"], [LIBRARY[name] for name in others]) == said
+
+
+@pytest.mark.parametrize(
+    ("other", "share", "depth", "said"),
+    [
+        ("quadratic_drag", 0.02, "law", "block"),  # of the same block, and more than ten times as much
+        ("quadratic_drag", 0.06, "law", "law"),
+        ("quadratic_drag", 0.02, None, None),
+        ("nonlinear_stiffness", 0.02, "family", "family"),
+    ],
+)
+def test_a_slight_effect_beside_a_great_one_may_be_what_that_law_gets_wrong(other, share, depth, said) -> None:
+    effect, beside = LIBRARY["stribeck_friction"], LIBRARY[other]
+    assert beside_a_greater(depth, effect, {effect: share, beside: 0.5}) == said
+    assert beside_a_greater(depth, beside, {effect: share, beside: 0.5}) == depth
 
 
 def test_what_was_not_tried_beside_the_rest_of_a_set_counts_for_the_one_in_its_place(fits) -> None:

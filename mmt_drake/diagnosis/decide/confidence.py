@@ -35,6 +35,9 @@ that is not in the library, of which the one found draws the most."""
 MOST_BESIDE_A_FAMILY = 0.5
 """A family is sure only if it is no more than this part of it: what is left may be the better half of another one."""
 
+SLIGHT = 0.1
+"""An effect that takes less than this part of what another one of its block takes is no surer than the block."""
+
 _RIVALS = 2
 """Sets that are compared at each depth: which of them is the better one may show on the accurate clock alone."""
 
@@ -236,6 +239,21 @@ def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]
     family = _AT["family"]
     kin = any(family(other) == family(effect) and other.name != effect.name for other in others)
     return "family" if depth == "law" and kin else depth
+
+
+def beside_a_greater(depth: Depth | None, effect: Placed, shares: Mapping[Placed, float]) -> Depth | None:
+    """How deep a name holds beside a much greater effect of the same block.
+
+    No law of a real machine is right to a tenth: what one leaves of its own effect another one draws.
+
+    Args:
+        depth: that all explanations share.
+        effect: that is named.
+        shares: of each effect of its set in the budget.
+    """
+    block = _AT["block"]
+    greatest = max((share for other, share in shares.items() if block(other) == block(effect)), default=0.0)
+    return "block" if depth is not None and shares[effect] < SLIGHT * greatest else depth
 
 
 def beside_the_untried(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:

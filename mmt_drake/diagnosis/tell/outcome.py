@@ -9,6 +9,7 @@ from mmt_drake.diagnosis.decide.confidence import (
     MOST_NAMELESS,
     ConfidenceSet,
     Depth,
+    beside_a_greater,
     beside_its_kin,
     beside_the_nameless,
     beside_the_untried,
@@ -190,6 +191,7 @@ def _depth(
     own, nameless = shares[effect.name], shares[NAMELESS]
     untried = _untried_for(effect, named, judgement.untried, nameless > MOST_NAMELESS * own)
     depth = beside_the_nameless(believed.depth(effect), own, nameless, may_be_other, shares[SHARED])
+    depth = beside_a_greater(depth, effect, {e: shares[e.name] for e in named.hypothesis.effects})
     return beside_the_untried(beside_its_kin(depth, effect, named.hypothesis.effects), effect, untried)
 
 
