@@ -13,7 +13,7 @@ from mmt_drake.estimation import thesis
 from mmt_drake.estimation.offline import RlsTrace, estimate
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.estimation.output_error import layout as output_error
-from mmt_drake.model.regrouping import EQUATIONS, back_solve
+from mmt_drake.model.regrouping import EQUATIONS, MAX_ROOTS, ROOT_SIZE, SCRATCH_SIZE, back_solve, back_solve_core
 
 STEP = 1e-3
 
@@ -105,8 +105,9 @@ def test_a_normal_axis_that_pulls_chooses_no_root_and_one_that_does_not_push_alo
 def test_weighting_by_information_is_the_constrained_maximum_of_the_likelihood() -> None:
     trace = run(minute(0.02)[:20000], weighting="information")
     weight = np.linalg.inv(trace.covariance[:6, :6])
-    root = back_solve(trace.regrouped[-1], normal_k=500.0, weight=weight).chosen
-    np.testing.assert_allclose(trace.theta[-1, :5], (root.m, root.k1, root.k2, root.b1, root.b2), rtol=1e-5, atol=1e-4)
+    roots, scratch = np.zeros((MAX_ROOTS, ROOT_SIZE)), np.zeros(SCRATCH_SIZE)
+    _, chosen, _ = back_solve_core(trace.regrouped[-1], 0, weight, 500.0, roots, scratch)
+    np.testing.assert_allclose(trace.theta[-1, :5], roots[chosen, :5], rtol=1e-5, atol=1e-4)
 
 
 # --------------------------------------------------------------------------------------------------------- how well
