@@ -64,7 +64,7 @@ def theory(effect: Effect) -> Theory:
     Raises:
         BadInput: there is none, or its list of effects that it is confused with cannot be read.
     """
-    module = sys.modules.get(f"mmt_drake.effects.{effect.name}")
+    module = sys.modules.get(f"mmt_drake.effects.{effect.name}") or inspect.getmodule(effect.starts)
     text = inspect.getdoc(module) if module is not None else None
     if not text:
         raise BadInput(effect.name, found="no docstring in its file", expected="what the effect is, in words")
