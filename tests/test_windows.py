@@ -102,6 +102,13 @@ def test_a_window_begins_with_what_friction_remembers_of_the_motion_before_it():
     assert np.sqrt(np.mean((forgotten - motion[:, 0])[windows.scored] ** 2)) > 10.0 * off
 
 
+def test_of_windows_that_nobody_wants_nothing_is_simulated():
+    recording, _ = recorded(SETTING_IN)
+    none = Windows.of(TIME, recording["output"], 2.5).scoring(np.zeros(len(TIME), dtype=bool))
+    assert none.count == 0
+    assert np.isnan(in_windows(SETTING_IN, recording, none)[0]["output"]).all()
+
+
 def driven_track(length):
     smoothed = smooth(recorded(replace(BODY, Fc=0.8))[0])
     held = in_blocks(smoothed.time, held_blocks(blocks_of(smoothed.time, length or smoothed.time[-1] / 12.0)))

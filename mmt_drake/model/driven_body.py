@@ -179,7 +179,9 @@ def replay_windows(
     memory = np.zeros((len(rows), _MEMORY_SIZE))
     if constants(p).remembers:
         aside = (state, np.empty(len(time)), np.empty(len(time)), moved)
-        for i in range(1, np.max(np.flatnonzero(kept)) + 1):
+        for i in range(1, len(rows)):
+            if not kept[i:].any():
+                break
             _pass_on(
                 rows[i - 1 : i + 1], memory[i - 1 : i + 1], used, guess[i - 1], weight[i - 1], measured, drive, aside
             )
