@@ -101,3 +101,12 @@ def test_a_table_of_the_rest_is_no_name():
         "The model leaves out Coulomb friction (Fc = 0.4 N), and more that nobody has named; a table over the sliding "
         "velocity takes some of that."
     )
+
+
+def test_of_parameters_that_cannot_be_told_apart_no_effect_is_spoken():
+    nothing = Diagnosis("unexplained", "", budget=(BudgetPart("shared", 0.9), BudgetPart("nameless", 0.1)))
+    assert "90 % wrong parameters that cannot be told apart, 10 %" in summary_of(nothing)
+    friction = named("coulomb_friction", "Fc", 0.4, "N")
+    assert "90 % parameters and effects together" in summary_of(
+        replace(nothing, verdict="partly_explained", effects=(friction,))
+    )

@@ -52,7 +52,8 @@ def bounds_of(d: Diagnosis) -> str:
 
 def budget_of(d: Diagnosis) -> str:
     """What the error of the model handed in is made of, in a sentence; nothing where that is noise or unknown."""
-    said = [f"{share_words(part.share)} {part_words(part.part)}" for part in d.budget if part.share >= _LEAST_SHARE]
+    stated = [(part.share, part_words(part.part, bool(d.effects))) for part in d.budget if part.share >= _LEAST_SHARE]
+    said = [f"{share_words(share)} {part}" for share, part in stated]
     if not said or d.verdict == "no_mismatch":
         return ""
     return f"Of the model's squared error on held-out data: {', '.join(said)}."

@@ -48,8 +48,10 @@ def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def part_words(part: str) -> str:
-    """A part of a budget as people write it."""
+def part_words(part: str, effects: bool = True) -> str:
+    """A part of a budget as people write it; `effects`: whether there are any in it."""
+    if part == SHARED and not effects:
+        return "wrong parameters that cannot be told apart"
     return _PARTS.get(part, words(part))
 
 
