@@ -63,3 +63,18 @@ def test_equals_beside_a_law_leave_that_law_sure_where_they_take_next_to_nothing
     problem: Any = None
     delivered, is_sure = agreed(problem, believed, [leaving(100.0), spring, pushed, uneven])
     assert (tuple(sorted(delivered.hypothesis.names)), is_sure) == (names, sure)
+
+
+@pytest.mark.parametrize(
+    ("cost_of_the_spring", "names"), [(12.0, ("nonlinear_stiffness",)), (30.0, ("force_bias", "nonlinear_stiffness"))]
+)
+def test_what_another_explanation_does_without_is_delivered_only_where_it_takes_much(
+    cost_of_the_spring: float, names: tuple[str, ...]
+) -> None:
+    spring = leaving(cost_of_the_spring, "nonlinear_stiffness")
+    biased, dragged = (leaving(10.0, "nonlinear_stiffness", name) for name in ("force_bias", "quadratic_drag"))
+    chances = {biased.hypothesis.key: 1.0, dragged.hypothesis.key: 0.9}
+    believed = ConfidenceSet((biased, dragged), chances, frozenset(chances), {})
+    problem: Any = None
+    delivered, is_sure = agreed(problem, believed, [leaving(100.0), spring, biased, dragged])
+    assert (tuple(sorted(delivered.hypothesis.names)), is_sure) == (names, True)

@@ -110,3 +110,13 @@ def test_of_parameters_that_cannot_be_told_apart_no_effect_is_spoken():
     assert "90 % parameters and effects together" in summary_of(
         replace(nothing, verdict="partly_explained", effects=(friction,))
     )
+
+
+def test_an_effect_for_which_another_would_do_is_said_to_be_not_certain():
+    friction, bias = (
+        named("coulomb_friction", "Fc", 0.4, "N"),
+        replace(named("force_bias", "bias", 0.2, "N"), certain=None),
+    )
+    told = summary_of(Diagnosis("missing_physics", "", effects=(friction, bias)))
+    assert "force bias (bias = 0.2 N; not certain, another effect would do as well)" in told
+    assert told.count("certain") == 1

@@ -11,14 +11,17 @@ CLEARLY = 4.0
 """An effect beside others is worth naming if its share is so many times that of what nobody has named: it may have
 taken from that alone."""
 
+NEXT_TO_NOTHING = 0.1
+"""What not all explanations have is not said if it takes no more than this part of what is common to all takes."""
+
 
 def agreed(problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) -> tuple[Fitted, bool]:
     """The fit that is delivered, and whether its names are sure.
 
-    The simplest member of the confidence set, without those of its effects that must not be said, and those that
-    other members do without: these take from what nobody has named. If it has an equal in the set, or nothing is
-    common to all, no name is sure. But where the rest takes next to nothing, it does not matter which of its names are
-    equal: what is common to all is delivered without it.
+    The simplest member of the confidence set, without those of its effects that must not be said. Those that other
+    members do without go as well where all of them take next to nothing: these take from what nobody has named. If it
+    has an equal in the set, or nothing is common to all, no name is sure. But where what is not common takes next to
+    nothing, it does not matter which of its names are equal.
 
     Args:
         problem: what was fitted.
@@ -27,18 +30,21 @@ def agreed(problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) ->
     """
     best = believed.members[0]
     unsaid = believed.unsaid.get(best.hypothesis.key, frozenset())
-    left_out = [e.name for e in best.hypothesis.effects if e.name in unsaid or believed.depth(e) is None]
-    hypothesis = best.hypothesis.without(*left_out)
+    common = best.hypothesis.without(*(e.name for e in best.hypothesis.effects if believed.depth(e) is None), *unsaid)
+    alone = _fit_of(problem, best, common, fits) if common.effects else best
+    slight = alone is not best and _takes_next_to_nothing(best, alone, fits)
     if believed.has_equal(best):
-        common = _fit_of(problem, best, hypothesis, fits) if hypothesis.effects else best
-        nothing = max(f.cost for f in fits if not f.hypothesis.effects)
-        slight = CLEARLY * (common.cost - best.cost) <= nothing - common.cost
-        if common is not best and slight and not believed.has_equal(common):
-            return common, True
-        return believed.best(), False
-    if not hypothesis.effects and not unsaid:
+        return (alone, True) if slight and not believed.has_equal(alone) else (believed.best(), False)
+    if not common.effects and not unsaid:
         return believed.best(), False  # of several explanations that have nothing in common
-    return _fit_of(problem, best, hypothesis, fits), True
+    kept = common if slight or not common.effects else best.hypothesis.without(*unsaid)
+    return _fit_of(problem, best, kept, fits), True
+
+
+def _takes_next_to_nothing(best: Fitted, alone: Fitted, fits: Sequence[Fitted]) -> bool:
+    """Whether a fit gains next to nothing over that of some of its effects alone, beside what these gain."""
+    nothing = max(f.cost for f in fits if not f.hypothesis.effects)
+    return alone.cost - best.cost <= NEXT_TO_NOTHING * (nothing - alone.cost)
 
 
 def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fits: Sequence[Fitted]) -> Fitted:

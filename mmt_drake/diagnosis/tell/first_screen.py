@@ -71,6 +71,8 @@ def _sure(d: Diagnosis) -> Iterable[str]:
                     yield f"That it is {family} is certain; that it is {name} and no other law of that family is not."
                 elif effect.certain == "block":
                     yield f"Certain is only that something is missing in the {block}; {name} is the simplest that fits."
+                elif effect.name != TABULATED:
+                    yield f"That something more is missing is certain; that it is {name} is not."
 
 
 def _errors(d: Diagnosis) -> Iterable[str]:

@@ -28,6 +28,7 @@ _MOST_UNTRIED: Final = 5  # named; more are counted
 _DEPTHS: Final = {
     "family": "; certain is {family}, another law of it would do as well",
     "block": "; certain is only that it acts in the block {block}",
+    None: "; not certain, another effect would do as well",
 }
 _ACCOUNTED_FOR: Final = {
     "bias": {"force_bias", "force_drift"},
@@ -71,7 +72,7 @@ def _verdict(d: Diagnosis) -> str:
         else ("no effect of the library was found to explain it.")
     )
     others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
-    left_out = f"The model leaves out {_listed(e for e in d.effects if e.name != TABULATED)}"
+    left_out = f"The model leaves out {_listed((e for e in d.effects if e.name != TABULATED), d.verdict)}"
     tables = [f"over the {words(str(e.parameters['of'].value))}" for e in d.effects if e.name == TABULATED]
     white = beyond_white(d)
     rest = f"; a table {tables[0]} takes some of that" if tables else ""
@@ -108,7 +109,7 @@ def untried_of(untried: Sequence[str]) -> str:
     return f"There was no time to try {names}{others}; --time-budget gives more."
 
 
-def _listed(effects: Iterable[NamedEffect]) -> str:
+def _listed(effects: Iterable[NamedEffect], verdict: Verdict) -> str:
     said = []
     for effect in effects:
         told = [
@@ -116,7 +117,8 @@ def _listed(effects: Iterable[NamedEffect]) -> str:
             for symbol, own in effect.parameters.items()
             if isinstance((p := in_degrees(effect, own)).value, float)
         ]
-        depth = _DEPTHS.get(effect.certain or "law", "").format(family=words(effect.family), block=words(effect.block))
+        depth = "" if verdict == "ambiguous" else _DEPTHS.get(effect.certain, "")  # there, none is sure
+        depth = depth.format(family=words(effect.family), block=words(effect.block))
         along = f" along {effect.axis}" if effect.axis else ""
         beside = ", ".join(told) + depth
         said.append(f"{words(effect.name)}{along}" + (f" ({beside.removeprefix('; ')})" if beside else ""))
