@@ -10,6 +10,7 @@ from trial_samples import COULOMB, beside, model, named, problem_of, recorded
 
 from mmt_drake.diagnosis.decide import confidence
 from mmt_drake.diagnosis.decide.confidence import (
+    SLIGHT,
     ConfidenceSet,
     beside_a_greater,
     beside_its_kin,
@@ -264,19 +265,18 @@ def test_two_laws_of_one_family_may_make_up_a_third(others, depth, said) -> None
 
 
 @pytest.mark.parametrize(
-    ("other", "share", "left", "depth", "said"),
+    ("other", "share", "depth", "said"),
     [
-        ("quadratic_drag", 0.02, 1.2, "law", "block"),  # of the same block, and more than ten times as much
-        ("quadratic_drag", 0.02, 1.0, "law", "law"),  # the two leave nothing
-        ("quadratic_drag", 0.06, 1.2, "law", "law"),
-        ("quadratic_drag", 0.02, 1.2, None, None),
-        ("nonlinear_stiffness", 0.02, 1.2, "family", "family"),
+        ("quadratic_drag", 0.9 * SLIGHT * 0.5, "law", "block"),  # of the same block, which takes 0.5
+        ("quadratic_drag", 1.1 * SLIGHT * 0.5, "law", "law"),
+        ("quadratic_drag", 0.9 * SLIGHT * 0.5, None, None),
+        ("nonlinear_stiffness", 0.9 * SLIGHT * 0.5, "family", "family"),
     ],
 )
-def test_a_slight_effect_beside_a_great_one_may_be_what_that_law_gets_wrong(other, share, left, depth, said) -> None:
+def test_a_slight_effect_beside_a_great_one_may_be_what_that_law_gets_wrong(other, share, depth, said) -> None:
     effect, beside = LIBRARY["stribeck_friction"], LIBRARY[other]
-    assert beside_a_greater(depth, effect, {effect: share, beside: 0.5}, left) == said
-    assert beside_a_greater(depth, beside, {effect: share, beside: 0.5}, left) == depth
+    assert beside_a_greater(depth, effect, {effect: share, beside: 0.5}) == said
+    assert beside_a_greater(depth, beside, {effect: share, beside: 0.5}) == depth
 
 
 def test_what_was_not_tried_beside_the_rest_of_a_set_counts_for_the_one_in_its_place(fits) -> None:

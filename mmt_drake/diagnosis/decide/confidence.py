@@ -35,10 +35,8 @@ that is not in the library, of which the one found draws the most."""
 MOST_BESIDE_A_FAMILY = 0.5
 """A family is sure only if it is no more than this part of it: what is left may be the better half of another one."""
 
-SLIGHT = 0.1
-"""An effect that takes less than this part of what another one of its block takes is no surer than the block ..."""
-MORE_THAN_NOISE = 1.1
-"""... where the RMS of what both leave is more than this many times the noise."""
+SLIGHT = 0.03
+"""An effect that takes less than this part of what another one of its block takes is no surer than the block."""
 
 _RIVALS = 2
 """Sets that are compared at each depth: which of them is the better one may show on the accurate clock alone."""
@@ -243,7 +241,7 @@ def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]
     return "family" if depth == "law" and kin else depth
 
 
-def beside_a_greater(depth: Depth | None, effect: Effect, shares: Mapping[Effect, float], left: float) -> Depth | None:
+def beside_a_greater(depth: Depth | None, effect: Effect, shares: Mapping[Effect, float]) -> Depth | None:
     """How deep a name holds beside a much greater effect of the same block.
 
     What a law that is not quite right leaves of its own effect, another one draws in part.
@@ -252,10 +250,7 @@ def beside_a_greater(depth: Depth | None, effect: Effect, shares: Mapping[Effect
         depth: that all explanations share.
         effect: that is named.
         shares: of each effect of its set in the budget.
-        left: RMS of what the set leaves over the noise.
     """
-    if left <= MORE_THAN_NOISE:
-        return depth
     block = _AT["block"]
     greatest = max((share for other, share in shares.items() if block(other) == block(effect)), default=0.0)
     return "block" if depth is not None and shares[effect] < SLIGHT * greatest else depth

@@ -191,8 +191,7 @@ def _depth(
     own, nameless = shares[effect.name], shares[NAMELESS]
     untried = _untried_for(effect, named, judgement.untried, nameless > MOST_NAMELESS * own)
     depth = beside_the_nameless(believed.depth(effect), own, nameless, may_be_other, shares[SHARED])
-    beside = {e: shares[e.name] for e in named.hypothesis.effects}
-    depth = beside_a_greater(depth, effect, beside, judgement.standard.left(named))
+    depth = beside_a_greater(depth, effect, {e: shares[e.name] for e in named.hypothesis.effects})
     return beside_the_untried(beside_its_kin(depth, effect, named.hypothesis.effects), effect, untried)
 
 
