@@ -11,7 +11,7 @@ CLEARLY = 4.0
 """An effect beside others is worth naming if its share is so many times that of what nobody has named: it may have
 taken from that alone."""
 
-NEXT_TO_NOTHING = 0.1
+BESIDE_THE_COMMON = 0.1
 """What not all explanations have is not said if it takes no more than this part of what is common to all takes."""
 
 
@@ -44,7 +44,7 @@ def agreed(problem: Problem, believed: ConfidenceSet, fits: Sequence[Fitted]) ->
 def _takes_next_to_nothing(best: Fitted, alone: Fitted, fits: Sequence[Fitted]) -> bool:
     """Whether a fit gains next to nothing over that of some of its effects alone, beside what these gain."""
     nothing = max(f.cost for f in fits if not f.hypothesis.effects)
-    return alone.cost - best.cost <= NEXT_TO_NOTHING * (nothing - alone.cost)
+    return alone.cost - best.cost <= BESIDE_THE_COMMON * (nothing - alone.cost)
 
 
 def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fits: Sequence[Fitted]) -> Fitted:
