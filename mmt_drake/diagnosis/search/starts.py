@@ -84,7 +84,7 @@ class Start:
         changed = attempt(problem.objective_at, hypothesis, slight)
         if changed is None:
             return 0.0
-        left, change = (r - known @ (known.T @ r) for r in (base.minimum.residual, changed - base.minimum.residual))
+        left, change = (_across(known, r) for r in (base.minimum.residual, changed - base.minimum.residual))
         along, size = -float(left @ change), float(change @ change)
         part = along**2 / (size * base.cost) if size > 0.0 else 0.0
         return part if along > 0.0 else _TURNED * part
@@ -135,10 +135,10 @@ class Start:
         no reason to begin with less.
         """
         known = self.seed.directions if base is self.seed.near else _directions(base)
-        best, least, enough = start, math.inf, _across(known, base.minimum.residual)
+        best, least, enough = start, math.inf, _squared(_across(known, base.minimum.residual))
         for x in self._slighter(base, hypothesis, start, _PARTS):
             left = attempt(problem.objective_at, hypothesis, x)
-            if left is not None and (cost := _across(known, left)) < least:
+            if left is not None and (cost := _squared(_across(known, left))) < least:
                 best, least = x, cost
             if least < enough:
                 break
@@ -182,10 +182,14 @@ def _directions(fitted: Fitted) -> Array:
     return np.linalg.qr(fitted.minimum.jacobian)[0]
 
 
-def _across(known: Array, residual: Array) -> float:
-    """Squared error that directions cannot take."""
-    left = residual - known @ (known.T @ residual)
-    return float(left @ left)
+def _across(known: Array, residual: Array) -> Array:
+    """What of a residual directions cannot take."""
+    left: Array = residual - known @ (known.T @ residual)
+    return left
+
+
+def _squared(residual: Array) -> float:
+    return float(residual @ residual)
 
 
 def all_starts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Start]:
