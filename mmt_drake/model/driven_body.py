@@ -174,50 +174,43 @@ def replay_windows(
         output, rate: (n,) filled, lead-ins included where nothing is scored.
         states: (w, 2) filled with the position and rate at the first sample of each window that is kept.
     """
-    drive, state, moved = (time, u, load, p), np.empty(STATE_SIZE), np.empty((2, len(time)))
-    work = (state, output, rate, moved)
-    memory = np.zeros((len(rows), _MEMORY_SIZE))
-    if constants(p).remembers:
-        aside = (state, np.empty(len(time)), np.empty(len(time)), moved)
-        for i in range(1, len(rows)):
-            if not kept[i:].any():
-                break
-            _pass_on(
-                rows[i - 1 : i + 1], memory[i - 1 : i + 1], used, guess[i - 1], weight[i - 1], measured, drive, aside
-            )
+    n, drive, state = len(time), (time, u, load, p), np.empty(STATE_SIZE)
+    aside = (state, np.empty(n), np.empty(n), np.empty((2, n)))
+    memory, remembers = np.zeros((len(rows), _MEMORY_SIZE)), constants(p).remembers
+    for i in range(len(rows)):
+        if not kept[i:].any():
+            break
+        if i > 0 and remembers:
+            _pass_on(rows[i - 1 : i + 1], memory[i - 1 : i + 1], states[i - 1], measured, drive, aside)
+        first, lead, q = rows[i, 0], rows[i, 1], read_memory(memory[i], 0)
+        states[i, 0], states[i, 1] = guess[i, 0], guess[i, 1]
+        passes_on = remembers and i + 1 < len(rows) and rows[i + 1, 1] == rows[i + 1, 2]
+        if lead > first and (kept[i] or passes_on):
+            states[i, 0], states[i, 1] = _fit_state(q, first, lead, used, guess[i], weight[i], measured, drive, aside)
     for i in range(len(rows) - 1, -1, -1):  # what a window scores lies over the lead-in of the next one
         if kept[i]:
-            q, (first, lead, _, end) = read_memory(memory[i], 0), rows[i]
-            states[i, 0], states[i, 1] = guess[i, 0], guess[i, 1]
-            if lead > first:
-                states[i, 0], states[i, 1] = _fit_state(
-                    q, first, lead, used, guess[i], weight[i], measured, drive, work
-                )
-            _replay_from(states[i, 0], states[i, 1], q, first, end, drive, state, output, rate)
+            q = read_memory(memory[i], 0)
+            _replay_from(states[i, 0], states[i, 1], q, rows[i, 0], rows[i, 3], drive, state, output, rate)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _pass_on(
-    rows: Numbers, memory: Array, used: Flags, guess: Array, weight: Array, measured: Array, drive: Drive, work: Work
-) -> None:
+def _pass_on(rows: Numbers, memory: Array, begins: Array, measured: Array, drive: Drive, work: Work) -> None:
     """What laws remember at the first sample of the second of two windows, from what they do at that of the first.
 
-    Where the second one's lead-in is its own beginning, the motion between them is simulated, as from the first one's
-    lead-in. Else it is the measured one, straight through a few knots in the time of a lead-in: from one sample to the
-    next its noise is a way, too.
+    Where the second one's lead-in is its own beginning, the motion between them is simulated. Else it is the measured
+    one, straight through a few knots in the time of a lead-in: from one sample to the next its noise is a way, too.
 
     Args:
         rows: (2, 4) as in `Windows`.
         memory: (2, 4) whose second row is filled.
-        used, measured, drive, work: as of `replay_windows`; what is simulated is no result.
-        guess, weight: (2,) of the first window.
+        begins: (2,) position and rate at the first sample of the first window.
+        measured, drive, work: as of `replay_windows`; what is simulated is no result.
     """
     (time, u, load, p), (state, output, rate, _) = drive, work
     begun, first, lead = rows[0, 0], rows[1, 0], rows[1, 1]
     q = read_memory(memory[0], 0)
     if lead == rows[1, 2]:
-        x, v = _fit_state(q, begun, rows[0, 1], used, guess, weight, measured, drive, work)
-        _replay_from(x, v, q, begun, first + 1, drive, state, output, rate)
+        _replay_from(begins[0], begins[1], q, begun, first + 1, drive, state, output, rate)
     else:
         knot = max((lead - first) // _KNOTS, 1)
         k = begun + (first - begun) % knot
