@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import groupby
 from typing import Any
 
@@ -294,6 +294,11 @@ class Fitted:
     def numbers_for(self, hypothesis: Hypothesis, further: Mapping[str, Mapping[str, float]] | None = None) -> Array:
         """Where another hypothesis begins: with the numbers of this fit, and those of `further` effects."""
         return hypothesis.vector(self.structure_values, {**self.effect_values, **(further or {})}, self.skew)
+
+    @cached_property
+    def directions(self) -> Array:
+        """(n, k) unit vectors across each other: where its numbers can take the residual."""
+        return np.linalg.qr(self.minimum.jacobian)[0]
 
     @property
     def late(self) -> float:

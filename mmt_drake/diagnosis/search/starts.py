@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -41,11 +40,6 @@ class Seed:
     part: Problem
     near: Fitted
 
-    @cached_property
-    def directions(self) -> Array:
-        """(n, k) unit vectors across each other: where the numbers that are fitted already can take the residual."""
-        return _directions(self.near)
-
     @classmethod
     def on_parts(cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0) -> list[Seed]:
         """A fit, to be screened on each of several parts; on each it may take some steps more."""
@@ -78,7 +72,7 @@ class Start:
         Of the residual, and of its change by a slight effect, what the numbers that are fitted already cannot make:
         how much of the first lies along the second. 0 where it cannot be simulated.
         """
-        problem, base, known = self.seed.part, self.seed.near, self.seed.directions
+        problem, base, known = self.seed.part, self.seed.near, self.seed.near.directions
         hypothesis, start, _ = self._begin(base)
         slight = self._slighter(base, hypothesis, start, [_PARTS[-1]])[0]
         changed = attempt(problem.objective_at, hypothesis, slight)
@@ -134,7 +128,7 @@ class Start:
         To first order the numbers that are fitted already have given way to it: what they made up for in its absence is
         no reason to begin with less.
         """
-        known = self.seed.directions if base is self.seed.near else _directions(base)
+        known = base.directions
         best, least, enough = start, math.inf, _squared(_across(known, base.minimum.residual))
         for x in self._slighter(base, hypothesis, start, _PARTS):
             left = attempt(problem.objective_at, hypothesis, x)
@@ -175,11 +169,6 @@ class Screened:
     def left(self) -> float:
         """Part of the seed's cost that is left, on the seed's part of the problem."""
         return self.fitted.cost / self.start.seed.near.cost
-
-
-def _directions(fitted: Fitted) -> Array:
-    """See `Seed.directions`."""
-    return np.linalg.qr(fitted.minimum.jacobian)[0]
 
 
 def _across(known: Array, residual: Array) -> Array:
