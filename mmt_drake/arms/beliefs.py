@@ -105,6 +105,16 @@ def better(one: Believed, other: Believed) -> bool:
     return one.cost < other.cost + np.log(1.0 - GAIN) and chance_better(before[known], after[known]) < BY_CHANCE
 
 
+def tightest(refits: Sequence[Believed]) -> Believed:
+    """Of refits than which none predicts better by enough to be told, that which holds the links closest to the file.
+
+    Args:
+        refits: one or more, the tightest first.
+    """
+    least = min(b.cost for b in refits)
+    return next(b for b in refits if b.cost + np.log(1.0 - GAIN) <= least)
+
+
 def is_sensible(found: Believed) -> bool:
     """Whether what the belief adds to the arm has numbers that it may have."""
     fit, inner = found.fit, found.fit.problem.inner
@@ -117,6 +127,14 @@ def is_sensible(found: Believed) -> bool:
         if law.place == "link" and not fit.are_told(inner)[at[0]]:
             return False
     return True
+
+
+def by_what_is_left(found: Believed) -> Array:
+    """Weights of the joints, one over the mean squared error of what is held out [1/(N m)^2]; 0 of one that rests."""
+    weights = np.zeros(len(found.fit.problem.rows))
+    for j in found.sets:
+        weights[j] = 1.0 / max(float(np.nanmean(found.fit.held_out[j])), 1e-12)
+    return weights
 
 
 def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, list[Believed]]:
@@ -143,10 +161,7 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     plain = dict.fromkeys(problem.moving, RARE)
     watch.begin(AS_THE_FILE_SAYS)
     first = searched(problem, Belief("none"), np.ones(len(problem.rows)), plain)
-    left = np.full(len(problem.rows), np.inf)
-    for j in problem.moving:
-        left[j] = max(float(np.nanmean(first.fit.held_out[j])), 1e-12)
-    weights = 1.0 / left
+    weights = by_what_is_left(first)
     watch.saw(NOTHING, _over_noise(replace(first, fit=replace(first.fit, sets={})), noise))
     watch.saw(_names(first), _over_noise(first, noise))
     watch.answer()
@@ -168,7 +183,7 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     arms = [b for b in arms if b.fit.belief.name != "joint_elasticity" or all(better(b, r) for r in refits)]
     arms.sort(key=lambda b: b.cost)
     arms[:1] = sorted((b for b in arms[:2] if _alike(b, arms[0])), key=lambda b: tried.index(b))[:1]
-    refit = min(refits, key=lambda b: b.cost, default=none)
+    refit = tightest(refits) if refits else none
     if arms and better(arms[0], none) and (not refits or arms[0].cost < refit.cost + np.log(AS_WELL)):
         best = arms[0]
     else:
@@ -176,7 +191,7 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     if best is not none and watch.is_late():
         watch.miss(sorted(RARE))
     elif best is not none:
-        best = searched(problem, best.fit.belief, weights)
+        best = searched(problem, best.fit.belief, by_what_is_left(best))
     return best, tried
 
 

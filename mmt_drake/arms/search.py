@@ -18,6 +18,10 @@ BY_CHANCE = 0.01
 """A term earns its place if chance would make it so good with less than this probability ..."""
 GAIN = 0.03
 """... and if it takes at least this part of the mean squared error that is left."""
+_PLAIN = frozenset(("coulomb_friction", "viscous_friction", "constant_force", "rotor_inertia"))
+_PLAIN_BY_CHANCE, _PLAIN_GAIN = 0.1, 0.2
+"""The same of what every joint has, where it takes much: else a short log would leave out most of the torque. How sure
+its name is, `verdict.certainty` says."""
 _STATIC = "static_friction"
 RARE = frozenset(("torque_gain", "joint_coupling", "torque_ripple", "ground_spring", "quadratic_drag", _STATIC))
 """Effects that few joints have. They draw a little of anything; one is taken only if it leaves ..."""
@@ -67,9 +71,25 @@ def chance_better(before: Array, after: Array) -> float:
     return float(stats.t.sf(gains.mean() / spread, len(gains) - 1))
 
 
-def earns(before: FoldFit, after: FoldFit, gain: float = GAIN) -> bool:
+def earns(before: FoldFit, after: FoldFit, gain: float = GAIN, by_chance: float = BY_CHANCE) -> bool:
     """Whether what was added predicts better, and by enough to be told."""
-    return after.cost < (1.0 - gain) * before.cost and chance_better(before.held_out, after.held_out) < BY_CHANCE
+    return after.cost < (1.0 - gain) * before.cost and chance_better(before.held_out, after.held_out) < by_chance
+
+
+def _is_needed(found: JointSet, instead: JointSet) -> bool:
+    """Whether a set of fewer terms, or with a simpler law, may not stand in the place of one.
+
+    Dry friction gives way to viscous friction alone only where it takes nothing: every joint has it, and where speeds
+    cannot tell the two apart, it is the one that does not grow beyond those that were seen.
+    """
+    if _has(found, DRY) and _has(instead, VISCOUS) and not _has(instead, DRY):
+        return found.fit.cost < (1.0 - GAIN) * instead.fit.cost
+    plain = instead.names < found.names and found.names - instead.names <= _PLAIN
+    return earns(instead.fit, found.fit) or (plain and earns(instead.fit, found.fit, _PLAIN_GAIN, _PLAIN_BY_CHANCE))
+
+
+def _has(found: JointSet, laws: Sequence[str]) -> bool:
+    return not found.names.isdisjoint(laws)
 
 
 class JointSearch:
@@ -141,18 +161,19 @@ class JointSearch:
                 break
             path.append(now)
         # Of what a step adds, part may earn its place only beside what comes after it: so the last step is looked at.
-        return self._without_idle(path[-1]) if path else now
+        return self._without_idle(path[-1], without) if path else now
 
-    def _without_idle(self, found: JointSet) -> JointSet:
+    def _without_idle(self, found: JointSet, without: frozenset[str]) -> JointSet:
         """Without those terms that do not earn their place beside the others, the most idle first."""
         fewer = [s for t in found.terms if self.allowed(s := self.fit([u for u in found.terms if u is not t]))]
-        fewer += [s for t in found.terms for s in self._simpler(found, t) if self.allowed(s)]
-        idle = [s for s in fewer if not earns(s.fit, found.fit)]
-        return self._without_idle(min(idle, key=lambda s: s.fit.cost)) if idle else found
+        fewer += [s for t in found.terms for s in self._simpler(found, t, without) if self.allowed(s)]
+        idle = [s for s in fewer if not _is_needed(found, s)]
+        return self._without_idle(min(idle, key=lambda s: s.fit.cost), without) if idle else found
 
-    def _simpler(self, found: JointSet, term: Term) -> list[JointSet]:
-        """Sets with the special case of a law in its place."""
-        names = ARM_EFFECTS[term.effect].holds
+    def _simpler(self, found: JointSet, term: Term, without: frozenset[str]) -> list[JointSet]:
+        """Sets with the special case of a law in its place, or with dry friction in that of viscous friction."""
+        alone = term.effect in VISCOUS and not _has(found, DRY)
+        names = {*ARM_EFFECTS[term.effect].holds, *(DRY[:1] if alone else ())} - without
         return [self.fit([u if t is term else t for t in found.terms]) for u in self._terms if u.effect in names]
 
     def _steps(self, now: JointSet, without: frozenset[str]) -> Iterator[JointSet]:

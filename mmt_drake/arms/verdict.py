@@ -25,7 +25,8 @@ LEAVES: Final[dict[Depth, float]] = {"law": 2.0, "family": 1.25, "block": 1.25}
 """What explains a joint without a name is ruled out if it leaves so many times as much, in variance, of blocks that
 were not fitted, and not by chance. Without a law another of its family draws most of what it draws."""
 NEXT_TO_NOTHING = 0.003
-"""What takes less than this part of the mismatch of its joint has no name: shapes are sought on a grid."""
+"""What takes less than this part of the mismatch of its joint has no name: shapes are sought on a grid. A model that is
+off by more than the torque, its masses guessed, makes no friction smaller."""
 WHOLE_NAMES = ("torque_ripple",)
 """Laws that are named as such or not at all: part of any shape over the way has the period of one."""
 _RIVALS = "what else it could be on"
@@ -63,6 +64,7 @@ def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) ->
     row, told = problem.rows[joint], []
     _, _, energy, samples = row.sums
     nominal = float(energy[problem.inner].sum() / max(samples[problem.inner].sum(), 1.0))
+    mismatch = min(nominal, row.spread(problem.inner) ** 2)
     for term in own.terms:
         law = ARM_EFFECTS[term.effect]
         depth: Depth | None = None
@@ -77,7 +79,7 @@ def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) ->
                 break
             depth = at
         gone = search.fit([t for t in own.terms if t is not term]).fit.cost
-        if gone - own.fit.cost < NEXT_TO_NOTHING * nominal or (depth != "law" and term.effect in WHOLE_NAMES):
+        if gone - own.fit.cost < NEXT_TO_NOTHING * mismatch or (depth != "law" and term.effect in WHOLE_NAMES):
             depth = None
         told.append(Certainty(term, depth and beside_the_untried(depth, law, untried), rivals))
     return told

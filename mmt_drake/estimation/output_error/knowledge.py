@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple, Self
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 
@@ -66,6 +66,9 @@ class Told(NamedTuple):
         return cls(*parts, *vector[_MODEL.stop :].tolist())
 
 
+RESOLUTION: Final = 5e-4
+"""No number is known better than to this part: means over 5 ms are compared, so that without any noise the numbers of
+reaching motions still end 0.005 to 0.3 % off."""
 _SIZES = len(THETA), len(THETA), len(FORCE_LATENESS), HELD_SIZE, MESSAGE_SIZE  # of its parts that are arrays
 _NUMBERS = len(_SIZES)
 _THETA, _DEVIATION, _LATENESS, _HELD, _MODEL = map(Layout().part, _SIZES)
@@ -158,7 +161,7 @@ class Knowledge:
     def deviation(self) -> Array:
         """Standard deviations of theta; of static friction the grid on which it is sought."""
         theta = self.theta
-        own = derivatives(theta) * np.sqrt(np.diag(self.covariance)[OBJECT])
+        own = np.hypot(derivatives(theta) * np.sqrt(np.diag(self.covariance)[OBJECT]), RESOLUTION * theta[OBJECT])
         normal = np.sqrt(np.diag(self.normal_covariance))
         return np.array([*own, *normal, math.hypot(own[FRICTION], 0.25 * self.stick.excess), 0.25 * self.stick.speed])
 

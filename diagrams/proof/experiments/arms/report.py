@@ -16,9 +16,8 @@ from mmt_drake.effects.wording import words
 
 WITHIN: Final = 1.02
 """A joint may be so many times as far off as the better of two simple fits."""
-_LOAD_KG, _LOAD_WITHIN = 2.805, 15.0
 _JOINTS: Final = Target("joints more than 2 % worse than the better simple fit", unit="joints", to_reach=0.0)
-_MASS: Final = Target("mass of the load off", unit="%", to_reach=_LOAD_WITHIN)
+_MASS: Final = Target("mass of the load off", unit="%", to_reach=15.0)
 _DRY: Final = Target("moving joints of the UR10e without dry friction", unit="joints", to_reach=0.0)
 
 
@@ -52,8 +51,8 @@ def _reached(results: Sequence[ArmResult]) -> list[Reached]:
             reached.append(Reached(f"{result.name}, {len(known)} joints", _JOINTS, float(worse)))
         if result.name == "UR10e":
             reached.append(Reached(result.name, _DRY, float(len(result.joints) - len(result.dry))))
-        if "kg" in result.name:
-            off = None if result.payload_kg is None else 100.0 * abs(result.payload_kg / _LOAD_KG - 1.0)
+        if result.load_kg is not None:
+            off = None if result.payload_kg is None else 100.0 * abs(result.payload_kg / result.load_kg - 1.0)
             reached.append(Reached(result.name, _MASS, off, never=True))
     return reached
 

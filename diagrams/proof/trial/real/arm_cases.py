@@ -39,6 +39,7 @@ class ArmCase:
         simple: what the better of a viscous and a viscous-Coulomb refit leaves of it, by joint, as the notes of the
             recordings print it; None where they do not.
         after: the case whose model is handed in; empty: the robot's own.
+        load_kg: what the arm carries beside that model; None: nothing.
     """
 
     name: str
@@ -51,6 +52,7 @@ class ArmCase:
     factor: tuple[float, ...] = ()
     simple: tuple[float | None, ...] = ()
     after: str = ""
+    load_kg: float | None = None
 
     def path(self, recordings: str | Path) -> Path:
         """Its folder in that of the public recordings.
@@ -77,6 +79,9 @@ _UR10E = ArmCase(
 _BEFORE = replace(
     _UR10E, name="UR10e, no load", fitted=(_UR10E.tested,), tested="traj_20_02_10-30sec_12harm", simple=()
 )
+_PSM = ArmCase(
+    "PSM", "dvrk_psm", ("one_0g",), "one_repeat", function="psm", simple=(0.176, None, 0.212, None, None, None, None)
+)
 
 CASES: Final = (
     _UR10E,
@@ -88,6 +93,7 @@ CASES: Final = (
         tested="",
         simple=(),
         after=_BEFORE.name,
+        load_kg=2.805,
     ),
     ArmCase(
         "LWR4+",
@@ -107,14 +113,8 @@ CASES: Final = (
         factor=_KR300_GEARS,
         simple=(0.47, 0.45, 0.65, 0.52, 0.56, 0.35),
     ),
-    ArmCase(
-        "PSM",
-        "dvrk_psm",
-        ("one_0g",),
-        "one_repeat",
-        function="psm",
-        simple=(0.176, None, 0.212, None, None, None, None),
-    ),
+    _PSM,
+    replace(_PSM, name="PSM, 0.105 kg", fitted=("one_105g",), tested="", simple=(), after=_PSM.name, load_kg=0.105),
     # Twenty times the same torque; the arm goes farther each time.
     ArmCase(
         "Schunk", "schunk_arm", tuple(f"run_{number:03d}" for number in range(1, 20, 2)), "run_010", function="schunk"
@@ -141,6 +141,7 @@ class ArmResult:
             blocks that nothing was fitted to where there is no other log.
         simple: of the case.
         dry: joint -> name of the law of dry friction and how deep it is certain.
+        load_kg: of the case.
         payload_kg: found; None where none was.
         seconds: of the diagnosis.
         named: place -> effects that are sure there, and how deep; the empty place is the whole arm.
@@ -156,6 +157,7 @@ class ArmResult:
     found: tuple[float, ...]
     simple: tuple[float | None, ...]
     dry: dict[str, str]
+    load_kg: float | None
     payload_kg: float | None
     seconds: float
     named: dict[str, str]
@@ -229,6 +231,7 @@ def run_case(case: ArmCase, recordings: Path | None = None, time_budget: float =
         *errors,
         case.simple or (None,) * len(arm.joints),
         dry,
+        case.load_kg,
         next((m.value for m in masses if not isinstance(m, str)), None),
         round(seconds, 1),
         named,
