@@ -18,12 +18,12 @@ from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.event_times import released
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
-from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
+from mmt_drake.diagnosis.fit.prepare import Prepared, prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.on_surface import SurfaceSession
-from mmt_drake.diagnosis.search.base import fit_base
+from mmt_drake.diagnosis.search.base import fit_base, over_windows
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import other_curves, tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
@@ -100,26 +100,40 @@ def diagnose(
     model_data(bare)  # refuses what no file could hold, before the work
     model = with_knots(model, recordings)
     prepared = prepare(recordings, model)
-    model = compared(model, prepared.window_s, prepared.initial)
-    if prepared.problem is None or prepared.fine is None:
-        return _timed(refused(prepared, model), begun)
-    model = cast(Model, said(prepared.problem, model, prepared.skew))
+    if prepared.problem is None:
+        return _timed(refused(prepared, compared(model, prepared.window_s, prepared.initial)), begun)
     every = LIBRARY.values() if library is None else library
-    effects = [e.within(model) for e in every if e.name != TABULATED]
-    problem, fine = prepared.problem, prepared.fine
-    on_surface = isinstance(model, SurfaceContact)
-    watch = Watch(SurfaceSession.STAGES if on_surface else _STAGES, on_stage, time_budget, on_answer)
+    stages = SurfaceSession.STAGES if isinstance(model, SurfaceContact) else _STAGES
+    watch = Watch(stages, on_stage, time_budget, on_answer)
     # The fits run beside each other already, and sums come out the same wherever they are formed.
     with given_or_own(executor) as workers, threadpool_limits(limits=1, user_api="blas"):
-        session: DiagnosisSession
-        if on_surface:
-            session = SurfaceSession(prepared, problem, problem, model, effects, workers, watch)
-        else:
-            session = _LawSession(prepared, problem, fine, model, effects, workers, watch, Polish(workers))
         try:
-            return _timed(session.run(), begun)
+            watch.begin(PARAMETERS)
+            searched, refit = prepared, None
+            if model.window_s is None and prepared.window_s is not None:
+                searched, refit = over_windows(recordings, model, prepared, workers)
+            return _timed(_session(prepared, searched, model, every, workers, watch, refit).run(), begun)
         except KeyboardInterrupt:
             raise watch.interrupted() from None
+
+
+def _session(
+    prepared: Prepared,
+    searched: Prepared,
+    model: Model,
+    library: Iterable[Effect],
+    workers: Executor,
+    watch: Watch,
+    refit: Fitted | None,
+) -> DiagnosisSession:
+    problem, fine = searched.problem, prepared.fine
+    assert problem is not None and fine is not None  # of recordings that were not refused
+    model = compared(model, prepared.window_s, prepared.initial)
+    model = cast(Model, said(problem, model, prepared.skew))
+    effects = [e.within(model) for e in library if e.name != TABULATED]
+    if isinstance(model, SurfaceContact):
+        return SurfaceSession(prepared, problem, problem, model, effects, workers, watch, refit)
+    return _LawSession(prepared, problem, fine, model, effects, workers, watch, refit, Polish(workers))
 
 
 @dataclass(frozen=True)

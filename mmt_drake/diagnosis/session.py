@@ -31,12 +31,13 @@ class DiagnosisSession(ABC):
 
     Attributes:
         prepared: the recordings.
-        problem: these, with a noise floor for each axis, as they are searched.
+        problem: these, with a noise floor for each axis, as they are searched: over shorter windows, it may be.
         fine: the same on the clock of the verdict.
         model: the model handed in.
         library: effects that may be missing.
         executor: runs the fits.
         watch: sees to the time.
+        begun: the fit of the numbers handed in, where there was one already.
     """
 
     prepared: Prepared
@@ -46,12 +47,12 @@ class DiagnosisSession(ABC):
     library: Sequence[Effect]
     executor: Executor
     watch: Watch
+    begun: Fitted | None
 
     def run(self) -> Outcome:
         """The verdict, and all that it rests on."""
-        self.watch.begin(PARAMETERS)
         skew = self.prepared.skew
-        _, refit = fit_base(self.problem, self.model, skew, self.executor)
+        refit = self.begun or fit_base(self.problem, self.model, skew, self.executor)[1]
         # What noise leaves of perfect data depends on the model.
         problem, fine = (
             replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse)

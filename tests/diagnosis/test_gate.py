@@ -9,10 +9,13 @@ from trial_samples import beside, model, problem_of, recorded
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.gate import (
     COLOURED,
+    LEAST,
     NAMED,
     NAMELESS,
     NOTHING_LEFT,
     OF_REFIT,
+    REMAINS,
+    WHOLE,
     NoiseReference,
     ranked,
     with_physics,
@@ -99,7 +102,9 @@ def test_a_model_is_right_or_wrong_in_its_values_alone_before_any_physics_is_mis
     [
         (NOTHING_LEFT, 0.5, 0.5, 0.0, "missing_physics"),
         (5.0, 0.9, NAMELESS, 0.9, "missing_physics"),
-        (5.0, NAMED, 0.5, 0.0, "partly_explained"),
+        (5.0, 0.1, NAMELESS, WHOLE - 0.01, "partly_explained"),  # the first model was far off: all is next to nothing
+        (5.0, NAMED, 0.5, LEAST, "partly_explained"),
+        (5.0, NAMED, 0.5, LEAST - 0.01, "unexplained"),  # other numbers would have taken that share as well
         (5.0, 0.01, 0.01 + NAMELESS, OF_REFIT, "partly_explained"),
         (5.0, NAMED - 0.01, 0.5, OF_REFIT - 0.01, "unexplained"),
     ],
@@ -113,7 +118,8 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
 @pytest.mark.parametrize(
     ("nameless", "handed_in", "refit", "changed", "verdict"),
     [
-        (0.9 * NAMELESS, 50.0, 5.0, True, "parameters"),
+        (0.9 * NAMELESS, 50.0, REMAINS, True, "parameters"),
+        (0.9 * NAMELESS, 50.0, 1.1 * REMAINS, True, "unexplained"),  # next to nothing of a first model that was far off
         (1.1 * NAMELESS, 50.0, 5.0, True, "unexplained"),
         (1.1 * NAMELESS, 5.0, 5.0, True, "unexplained"),
         (0.4, 5.0, 0.9 * COLOURED, True, "parameters"),

@@ -120,3 +120,8 @@ def test_an_effect_for_which_another_would_do_is_said_to_be_not_certain():
     told = summary_of(Diagnosis("missing_physics", "", effects=(friction, bias)))
     assert "force bias (bias = 0.2 N; not certain, another effect would do as well)" in told
     assert told.count("certain") == 1
+
+
+def test_where_other_values_predict_to_the_noise_it_is_not_said_that_something_is_missing():
+    told = summary_of(Diagnosis("unexplained", "", fit=replace(FIT, heldout_nrmse=HeldoutNrmse(0.7, 0.019, 0.019))))
+    assert "cannot be told which are wrong" in told and "Something real" not in told

@@ -23,8 +23,13 @@ GAIN = 0.35
 """An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise."""
 NAMELESS = 0.02
 """Effects explain everything if nobody has named at most this share of the nominal model's mean squared error ..."""
+WHOLE, REMAINS = 0.9, 5.0
+"""... and they take this part off what a refit leaves: beside a first model that was far off all is next to nothing.
+So are wrong numbers the whole answer only where they leave no more than so many times the noise."""
 NAMED, OF_REFIT = 0.2, 0.5
-"""... and a part of it if they have this share, or take this part off what a refit leaves."""
+"""Effects explain a part of it if they have this share, or take this part off what a refit leaves ..."""
+LEAST = 0.3
+"""... and this at least: a share that other numbers would have taken as well is none."""
 SIGNIFICANT = 0.01
 """Of what is named, on blocks that no choice has seen."""
 
@@ -107,7 +112,8 @@ def without_names(shares: Sequence[BudgetPart], nominal_left: float, refit_left:
         nominal_left, refit_left: what either leaves, see `NoiseReference.left`.
         changed: whether the refit predicts better, and its numbers are others than those handed in.
     """
-    if min(nominal_left, refit_left) > COLOURED and _of_nameless(shares) > NAMELESS:
+    least = min(nominal_left, refit_left)
+    if least > REMAINS or (least > COLOURED and _of_nameless(shares) > NAMELESS):
         return "unexplained"
     gain = nominal_left**2 - refit_left**2
     if changed and gain > NO_MISMATCH**2:
@@ -125,9 +131,10 @@ def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> 
     """
     nameless = _of_nameless(shares)
     named = math.fsum(part.share for part in shares if part.part not in NO_EFFECTS)
-    if left <= NOTHING_LEFT or nameless <= NAMELESS:
+    if left <= NOTHING_LEFT or (nameless <= NAMELESS and of_refit >= WHOLE):
         return "missing_physics"
-    return "partly_explained" if named >= NAMED or of_refit >= OF_REFIT else "unexplained"
+    is_part = (named >= NAMED and of_refit >= LEAST) or of_refit >= OF_REFIT
+    return "partly_explained" if is_part else "unexplained"
 
 
 def _of_nameless(shares: Sequence[BudgetPart]) -> float:

@@ -1,5 +1,6 @@
 """The fit without effects: is it only values that were wrong?"""
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -8,9 +9,13 @@ import numpy as np
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, fit_widening
 from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
+from mmt_drake.model_files import Model, compared
+from mmt_drake.recording import Recording
+from mmt_drake.windows import blocks_of
 
 STARTS = 12
 """Beside the nominal parameters: valleys of m, k2 and b2 are long and shallow."""
@@ -21,6 +26,34 @@ BEGUN, BEGUN_STEPS = 8.0, 8
 """Where what begins near ends at a bound, parameters are begun so many times as large and as small, for a few steps;
 and so many of the best of these are fitted in full."""
 TAKEN_ON = 3
+MUCH, SHORTER = 20.0, 3.0
+"""Where a body drifts and its model leaves so many times the noise, its windows are so many times too long to search."""
+
+
+def over_windows(
+    recordings: Sequence[Recording], model: Model, prepared: Prepared, executor: Executor
+) -> tuple[Prepared, Fitted]:
+    """The recordings over windows that are short enough to search in, and the fit of all parameters over these.
+
+    What is missing grows with the square of a window's length until it is no longer small, and what an effect promises
+    to first order says nothing any more. The verdict is over the windows as they were: these tell numbers better.
+
+    Args:
+        recordings: as they came.
+        model: as it was handed in; the length of its windows is open.
+        prepared: the recordings over windows.
+        executor: runs the fits.
+
+    Raises:
+        MmtError: the model cannot be simulated.
+    """
+    problem, length = prepared.problem, prepared.window_s
+    assert problem is not None and length is not None  # a body that drifts, and was not refused
+    _, refit = fit_base(problem, compared(model, length, prepared.initial), prepared.skew, executor)
+    can = all(blocks_of(r.time, length / SHORTER) > blocks_of(r.time, length) for r in recordings)
+    if not can or _left(problem, refit) <= MUCH:
+        return prepared, refit
+    return over_windows(recordings, model, prepare(recordings, replace(model, window_s=length / SHORTER)), executor)
 
 
 def fit_base(
@@ -70,10 +103,20 @@ def fit_base(
     return nominal, min(as_good, key=lambda f: float(np.sum(((f.x - start) / scale) ** 2)))
 
 
+def _fair(problem: Problem, fitted: Fitted) -> Problem:
+    """The problem with the noise that comes through the fit's own model, not through the nominal one."""
+    return replace(problem, tracks=with_floors(problem.tracks, fitted.model))
+
+
+def _left(problem: Problem, fitted: Fitted) -> float:
+    """RMS of what a fit leaves over the noise."""
+    fair = _fair(problem, fitted)
+    return fair.left(fair.unchanged(fitted.hypothesis, fitted.x))
+
+
 def _is_noise(problem: Problem, fitted: Fitted) -> bool:
-    """Whether a fit leaves no more than noise: what comes through its own model, not through the nominal one."""
-    fair = replace(problem, tracks=with_floors(problem.tracks, fitted.model))
-    return fair.unchanged(fitted.hypothesis, fitted.x).cost <= NOISE_ALONE**2 * problem.samples()
+    """Whether a fit leaves no more than noise."""
+    return _fair(problem, fitted).unchanged(fitted.hypothesis, fitted.x).cost <= NOISE_ALONE**2 * problem.samples()
 
 
 def _doubting(problem: Problem, nearest: Fitted, executor: Executor) -> Fitted | None:

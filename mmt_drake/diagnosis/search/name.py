@@ -6,13 +6,14 @@ of turns where nothing turns) imitates any drift: it may rule out others, but no
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from mmt_drake.diagnosis.fit.left_out import gained_by_chance
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent
 from mmt_drake.diagnosis.search.minima import at_the_limit, prune, random_restarts, simplify, swap
 from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, screen
-from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts
+from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts, together
 from mmt_drake.diagnosis.search.watch import SearchSetup
 
 LEVELS = ("one missing effect", "two missing effects")
@@ -25,6 +26,11 @@ _RESTARTING = 0.1
 """Of the time that is left each search for another minimum may take, where there are many."""
 _ASKED = 3
 """A further effect is sought where one of so many gained more than chance gives the best of all that were tried."""
+_LITTLE = 5.0
+"""It is sought whatever single ones gained where the model leaves more than so many times the noise: of two that only
+together are any good neither is, alone."""
+_PAIRS, _PROMISED = 4, 0.3
+"""Pairs that are tried for what both promise together: so many at most, and what promises this part of the cost."""
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
@@ -42,6 +48,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
     """
     problem, library, scales = setup.problem, setup.library, setup.scales
     levels: list[list[Fitted]] = []
+    is_little = problem.left(base) <= _LITTLE
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     parts = problem.eased(base)
     origins = [*Seed.on_parts(base, parts, steps=SETTLING_STEPS), *Seed.on_parts(nominal, parts)]
@@ -55,6 +62,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
                 parts = problem.eased(seeds[0])[:1]
                 first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
                 tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
+                tries += _together(problem, levels[0], [replace(s, seed=origins[0]) for s in best_starts.values()])
                 screened = screen(setup, tries, kept=_FURTHER_KEPT, further=_FURTHER)
             else:
                 screened = screen(setup, tries)
@@ -85,7 +93,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
         found = [f for f in found if not absent(problem, f)] or found
         before = min(seeds, key=lambda seed: seed.cost)
         seeds = _seeds(found, before.cost)
-        if not seeds or _is_chance(problem, before, seeds[:_ASKED], len(levels[-1])):
+        if not seeds or (is_little and _is_chance(problem, before, seeds[:_ASKED], len(levels[-1]))):
             break
     return levels
 
@@ -110,6 +118,27 @@ def _is_chance(problem: Problem, before: Fitted, seeds: Sequence[Fitted], tried:
     """Whether of so many tries chance alone makes one do as much as any of these: they call for nothing beside them."""
     one, *others = (problem.at(f.hypothesis, f.x) for f in (before, *seeds))  # a search's derivatives are near by only
     return all(gained_by_chance(problem, one, other) * tried > 1.0 for other in others)
+
+
+def _together(problem: Problem, singles: Sequence[Fitted], starts: Sequence[Start]) -> list[Start]:
+    """Pairs that promise most to first order, each from that of the two which did better alone.
+
+    An offset beside a damper that differs by direction: neither takes anything without the other, and of each alone
+    nothing is seen.
+    """
+    fits = {f.hypothesis.names[0]: f for f in singles}
+    tries = []
+    for promise, *pair in together(starts)[:_PAIRS]:
+        known = sorted((s for s in pair if s.effect.name in fits), key=lambda s: fits[s.effect.name].cost)
+        if promise < _PROMISED or not known:
+            break
+        alone = fits[known[0].effect.name]
+        other = pair[pair[0] is known[0]]
+        if alone.hypothesis.admits(other.effect):
+            tries += [
+                Start(seed, other.effect, other.values) for seed in Seed.on_parts(alone, problem.eased(alone)[:1])
+            ]
+    return tries
 
 
 def _further(seeds: Sequence[Seed], starts: Mapping[str, Start]) -> list[Start]:

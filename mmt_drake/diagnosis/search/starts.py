@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -69,19 +70,23 @@ class Start:
     def promise(self) -> float:
         """The part of the seed's cost that a little of the effect says it would take, to first order; one simulation.
 
-        Of the residual, and of its change by a slight effect, what the numbers that are fitted already cannot make:
-        how much of the first lies along the second. 0 where it cannot be simulated.
+        How much of the residual lies along its change (`slight`). 0 where it cannot be simulated.
         """
-        problem, base, known = self.seed.part, self.seed.near, self.seed.near.directions
+        change = self.slight()
+        if change is None:
+            return 0.0
+        left = _across(self.seed.near.directions, self.seed.near.minimum.residual)
+        along, size = -float(left @ change), float(change @ change)
+        part = along**2 / (size * self.seed.near.cost) if size > 0.0 else 0.0
+        return part if along > 0.0 else _TURNED * part
+
+    def slight(self) -> Array | None:
+        """What a little of the effect makes of the seed's residual, and the numbers that are fitted cannot make."""
+        problem, base = self.seed.part, self.seed.near
         hypothesis, start, _ = self._begin(base)
         slight = self._slighter(base, hypothesis, start, [_PARTS[-1]])[0]
         changed = attempt(problem.objective_at, hypothesis, slight)
-        if changed is None:
-            return 0.0
-        left, change = (_across(known, r) for r in (base.minimum.residual, changed - base.minimum.residual))
-        along, size = -float(left @ change), float(change @ change)
-        part = along**2 / (size * base.cost) if size > 0.0 else 0.0
-        return part if along > 0.0 else _TURNED * part
+        return None if changed is None else _across(base.directions, changed - base.minimum.residual)
 
     def screened(self) -> Fitted | None:
         """The candidate after a few steps on the seed's part; None where it cannot be simulated there."""
@@ -179,6 +184,22 @@ def _across(known: Array, residual: Array) -> Array:
 
 def _squared(residual: Array) -> float:
     return float(residual @ residual)
+
+
+def together(starts: Sequence[Start]) -> list[tuple[float, Start, Start]]:
+    """Of each two starts beside one seed the part of its cost that both together promise, the greatest first.
+
+    Args:
+        starts: one of each effect, all from one seed.
+    """
+    changes = [(start, change) for start in starts if (change := start.slight()) is not None and change.any()]
+    near = starts[0].seed.near
+    left = _across(near.directions, near.minimum.residual)
+    found = []
+    for (one, a), (other, b) in combinations(changes, 2):
+        span, _ = np.linalg.qr(np.column_stack([a, b]))
+        found.append((_squared(span.T @ left) / near.cost, one, other))
+    return sorted(found, key=lambda pair: -pair[0])
 
 
 def all_starts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Start]:

@@ -82,10 +82,24 @@ def _verdict(d: Diagnosis) -> str:
         "missing_physics": f"{left_out}.",
         "partly_explained": f"{left_out}, and more that nobody has named{rest}.",
         "ambiguous": f"{left_out}; these recordings cannot tell it from {others}.",
-        "unexplained": real,
+        "unexplained": _UNSETTLED if is_unsettled(d) else real,
         "insufficient_data": d.summary,
     }
     return said[d.verdict].rstrip()
+
+
+_UNSETTLED = (
+    "Other values of the parameters predict held-out data to their noise. Yet it cannot be told which are wrong, nor "
+    "whether anything is missing: what they were fitted to leaves a little more."
+)
+
+
+def is_unsettled(d: Diagnosis) -> bool:
+    """Whether nothing is explained, although a refit leaves no more than noise on held-out data."""
+    if d.fit is None or d.verdict != "unexplained":
+        return False
+    left, floor = d.fit.heldout_nrmse.refit, d.fit.noise_floor
+    return left is not None and floor is not None and left <= floor
 
 
 def beyond_white(d: Diagnosis) -> str:
