@@ -27,7 +27,7 @@ BEGUN, BEGUN_STEPS = 8.0, 8
 and so many of the best of these are fitted in full."""
 TAKEN_ON = 3
 MUCH, SHORTER = 20.0, 3.0
-"""Where a body drifts and its model leaves so many times the noise, it is searched over windows so many times shorter."""
+"""Where a body drifts and its model leaves so many times the noise, it is searched over windows that much shorter."""
 
 
 def over_windows(
