@@ -10,7 +10,7 @@ import pytest
 from trial_samples import BASE, COULOMB, carriage, changed, cut, late, model, recorded, spring, times
 
 from mmt_drake.diagnosis.checks.preflight import Preflight, preflight
-from mmt_drake.model.driven_model import DrivenBodyModel
+from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model_files import Model
 from mmt_drake.recording import Recording
@@ -124,6 +124,19 @@ def test_a_model_that_is_twenty_times_off_is_asked_about(factor: float) -> None:
     assert found.reason is not None
     assert f"is {1.0 / factor:.3g} times what the model answers" in found.reason
     assert "does the model belong to this object" in found.reason
+
+
+def test_a_lift_whose_mass_is_a_little_off_is_no_other_unit() -> None:
+    """Nothing holds it, so that its model falls away: a hundredth of its answer is no unit."""
+    time, random = np.arange(0.0, 30.0, 1e-3), np.random.default_rng(0)
+    w, size, m = np.array([0.05, 1.1, 5.3]), np.array([0.3, 0.06, 0.03]), 1.7
+    angle = np.outer(time, w)
+    x, v, a = np.sin(angle) @ size, np.cos(angle) @ (w * size), -np.sin(angle) @ (w**2 * size)
+    force = m * (a + 9.81) + 4.0 * v
+    lift = Recording(time, {"output": x + 1e-5 * random.standard_normal(len(x)), "input": force}, "lift")
+    found = preflight(lift, DrivenBodyModel(m=0.72 * m, b=4.0, gravity=Gravity("constant", 9.81)))
+    assert found.reason is None
+    assert [finding.severity for finding in found.findings if finding.code in ("units", "magnitude")] == ["warn"]
 
 
 def test_an_end_stop_is_no_clipped_sensor() -> None:
