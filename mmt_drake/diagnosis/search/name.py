@@ -128,12 +128,11 @@ def _together(problem: Problem, singles: Sequence[Fitted], starts: Sequence[Star
     """
     fits = {f.hypothesis.names[0]: f for f in singles}
     tries = []
-    for promise, *pair in together(starts)[:_PAIRS]:
-        known = sorted((s for s in pair if s.effect.name in fits), key=lambda s: fits[s.effect.name].cost)
-        if promise < _PROMISED or not known:
+    for promise, *pair in together([start for start in starts if start.effect.name in fits])[:_PAIRS]:
+        if promise < _PROMISED:
             break
-        alone = fits[known[0].effect.name]
-        other = pair[pair[0] is known[0]]
+        better, other = sorted(pair, key=lambda start: fits[start.effect.name].cost)
+        alone = fits[better.effect.name]
         if alone.hypothesis.admits(other.effect):
             tries += [
                 Start(seed, other.effect, other.values) for seed in Seed.on_parts(alone, problem.eased(alone)[:1])

@@ -190,7 +190,7 @@ def together(starts: Sequence[Start]) -> list[tuple[float, Start, Start]]:
     """Of each two starts beside one seed the part of its cost that both together promise, the greatest first.
 
     Args:
-        starts: one of each effect, all from one seed.
+        starts: one or more, one of each effect, all from one seed.
     """
     changes = [(start, change) for start in starts if (change := start.slight()) is not None and change.any()]
     near = starts[0].seed.near
