@@ -49,7 +49,9 @@ def quiet(executor: Executor) -> tuple[Prepared, Prepared, Fitted]:
     return base_of(moved(1e-5), executor)
 
 
-def test_pairs_are_known_by_what_they_promise_together(quiet: tuple[Prepared, Prepared, Fitted]) -> None:
+def test_pairs_are_known_by_what_they_promise_together(
+    quiet: tuple[Prepared, Prepared, Fitted], executor: Executor
+) -> None:
     _, prepared, fitted = quiet
     problem = prepared.problem
     assert problem is not None
@@ -61,7 +63,7 @@ def test_pairs_are_known_by_what_they_promise_together(quiet: tuple[Prepared, Pr
         )
         for name in TRIED
     ]
-    promise, *pair = together(starts)[0]
+    promise, *pair = together(starts, executor)[0]
     alone = {start.effect.name: start.promise() for start in starts}
     assert {start.effect.name for start in pair} == {"asymmetric_viscous_friction", "constant_force"}
     assert promise > 0.8 and max(alone.values()) < 0.5, (promise, alone)

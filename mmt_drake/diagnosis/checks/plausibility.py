@@ -189,9 +189,9 @@ def unit_findings(
             continue
         if _close(ratio, of_unit, within) and alike > _UNLIKE:
             hint = "is its unit that of the model?" if driven else question
-            # Under its weight a model falls away from what holds the body, if its mass is a little off.
-            falls = isinstance(model, DrivenBodyModel) and model.k == 0.0 and ratio < 1.0
-            return [Finding("units", "warn" if falls else "refuse", f"{text}: {hint}", figures)]
+            # What nothing holds runs away from its body if it is a little off: a lift by its weight.
+            runs_away = isinstance(model, DrivenBodyModel) and model.k == 0.0 and ratio < 1.0
+            return [Finding("units", "warn" if runs_away else "refuse", f"{text}: {hint}", figures)]
     if not (implausible or another):
         return []
     text += ": does the model belong to this object, and are the units SI?"

@@ -62,7 +62,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
                 parts = problem.eased(seeds[0])[:1]
                 first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
                 tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
-                tries += _together(problem, levels[0], [replace(s, seed=origins[0]) for s in best_starts.values()])
+                tries += _together(setup, levels[0], [replace(s, seed=origins[0]) for s in best_starts.values()])
                 screened = screen(setup, tries, kept=_FURTHER_KEPT, further=_FURTHER)
             else:
                 screened = screen(setup, tries)
@@ -120,7 +120,7 @@ def _is_chance(problem: Problem, before: Fitted, seeds: Sequence[Fitted], tried:
     return all(gained_by_chance(problem, one, other) * tried > 1.0 for other in others)
 
 
-def _together(problem: Problem, singles: Sequence[Fitted], starts: Sequence[Start]) -> list[Start]:
+def _together(setup: SearchSetup, singles: Sequence[Fitted], starts: Sequence[Start]) -> list[Start]:
     """Pairs that promise most to first order, each from that of the two which did better alone.
 
     An offset beside a damper that differs by direction: neither takes anything without the other, and of each alone
@@ -128,15 +128,14 @@ def _together(problem: Problem, singles: Sequence[Fitted], starts: Sequence[Star
     """
     fits = {f.hypothesis.names[0]: f for f in singles}
     tries = []
-    for promise, *pair in together([start for start in starts if start.effect.name in fits])[:_PAIRS]:
+    for promise, *pair in together([s for s in starts if s.effect.name in fits], setup.executor)[:_PAIRS]:
         if promise < _PROMISED:
             break
         better, other = sorted(pair, key=lambda start: fits[start.effect.name].cost)
         alone = fits[better.effect.name]
         if alone.hypothesis.admits(other.effect):
-            tries += [
-                Start(seed, other.effect, other.values) for seed in Seed.on_parts(alone, problem.eased(alone)[:1])
-            ]
+            parts = setup.problem.eased(alone)[:1]
+            tries += [Start(seed, other.effect, other.values) for seed in Seed.on_parts(alone, parts)]
     return tries
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -186,13 +187,15 @@ def _squared(residual: Array) -> float:
     return float(residual @ residual)
 
 
-def together(starts: Sequence[Start]) -> list[tuple[float, Start, Start]]:
+def together(starts: Sequence[Start], executor: Executor) -> list[tuple[float, Start, Start]]:
     """Of each two starts beside one seed the part of its cost that both together promise, the greatest first.
 
     Args:
         starts: one or more, one of each effect, all from one seed.
+        executor: runs a simulation of each.
     """
-    changes = [(start, change) for start in starts if (change := start.slight()) is not None and change.any()]
+    slight = zip(starts, executor.map(Start.slight, starts), strict=True)
+    changes = [(start, change) for start, change in slight if change is not None and change.any()]
     near = starts[0].seed.near
     left = _across(near.directions, near.minimum.residual)
     found = []

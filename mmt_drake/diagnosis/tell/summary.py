@@ -22,6 +22,10 @@ MOST_WARNINGS: Final = 3
 
 _LEAST_SHARE = 0.005  # of a budget
 _MOST = 0.5  # of the mismatch beyond the noise
+_UNSETTLED: Final = (
+    "Other values of the parameters predict held-out data to their noise. Yet it cannot be told which are wrong, nor "
+    "whether anything is missing: what they were fitted to leaves a little more."
+)
 _WHITE: Final = 1.1  # times the noise floor
 _MOST_UNTRIED: Final = 5  # named; more are counted
 
@@ -86,12 +90,6 @@ def _verdict(d: Diagnosis) -> str:
         "insufficient_data": d.summary,
     }
     return said[d.verdict].rstrip()
-
-
-_UNSETTLED = (
-    "Other values of the parameters predict held-out data to their noise. Yet it cannot be told which are wrong, nor "
-    "whether anything is missing: what they were fitted to leaves a little more."
-)
 
 
 def is_unsettled(d: Diagnosis) -> bool:

@@ -67,8 +67,8 @@ class Told(NamedTuple):
 
 
 RESOLUTION: Final = 5e-4
-"""No number is known better than to this part: means over 5 ms are compared, so that without any noise the numbers of
-reaching motions still end 0.005 to 0.3 % off."""
+"""No number is known better than to this part: what is compared are means over a few milliseconds, and
+even without noise numbers end that far off."""
 _SIZES = len(THETA), len(THETA), len(FORCE_LATENESS), HELD_SIZE, MESSAGE_SIZE  # of its parts that are arrays
 _NUMBERS = len(_SIZES)
 _THETA, _DEVIATION, _LATENESS, _HELD, _MODEL = map(Layout().part, _SIZES)
