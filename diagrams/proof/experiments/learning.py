@@ -127,7 +127,7 @@ class LearningCase:
         laws: that the object has, and effects that its force sensor has.
         plant: own or foreign.
         told: laws of the last message, and effects of the force sensor.
-        wrong: laws that were told after the first message and that the object has not.
+        wrong: laws that entered with a message and that the object has not; one handed in at first has not entered.
         entered_s: contact when all its laws, and no others, were first told; None: they never were, or it has none.
         before, after: error of the rendered force along x and y, against the plant's without noise: until the first
             message of the learner, and from the last on.
@@ -148,7 +148,9 @@ def run_case(number: int, kind: LearningKind, seed: int) -> LearningCase:
     """One object, felt and learned."""
     found = learned(run(kind.scenario(number, seed), seconds=SECONDS)) or ToldLaws(None, ())
     messages = [tuple(sorted(model.names)) for model in found.told]
-    laws, new = tuple(sorted((*kind.laws, *kind.sensor))), messages[1:] if kind.first else messages
+    laws = tuple(sorted((*kind.laws, *kind.sensor)))
+    before = [kind.first, *messages[1:]] if kind.first else [(), *messages]
+    entered = [set(after) - set(last) for last, after in zip(before, messages[bool(kind.first) :], strict=False)]
     errors = [found.before, *(model.error for model in found.told)]
     right = [model.contact for model, names in zip(found.told, messages, strict=True) if names == laws and laws]
     return LearningCase(
@@ -157,7 +159,7 @@ def run_case(number: int, kind: LearningKind, seed: int) -> LearningCase:
         laws,
         kind.plant,
         messages[-1] if messages else (),
-        tuple(sorted({name for names in new for name in names if name not in laws})),
+        tuple(sorted({name for names in entered for name in names if name not in laws})),
         right[0] if right else None,
         errors[1] if kind.first and len(errors) > 1 else errors[0],
         errors[-1] if len(errors) > 1 else None,
