@@ -14,6 +14,7 @@ from mmt_drake.diagnosis.decide.confidence import (
     ConfidenceSet,
     beside_a_greater,
     beside_its_kin,
+    beside_stand_ins,
     beside_the_nameless,
     beside_the_untried,
     contenders,
@@ -232,6 +233,15 @@ def test_a_law_is_sure_only_beside_little_that_has_no_name_and_a_family_beside_n
     assert beside_the_nameless(depth, 0.4, nameless, may_be_all=True) == ("family" if said == "law" else said)
     if nameless < 0.3:  # what it takes together with the parameters counts for its family
         assert beside_the_nameless(depth, 0.4, nameless, may_be_all=True, shared=0.2) != "block" or depth == "block"
+
+
+def test_what_may_be_nothing_and_others_take_over_is_sure_of_the_block_alone() -> None:
+    for depth in ("law", "family", "block"):
+        assert beside_stand_ins(depth, 0.4, 0.03, may_be_nothing=True) == "block"
+        assert beside_stand_ins(depth, 0.4, 0.05, may_be_nothing=True) == depth
+        assert beside_stand_ins(depth, 0.4, 0.03, may_be_nothing=False) == depth
+        assert beside_stand_ins(depth, 0.4, None, may_be_nothing=True) == depth
+    assert beside_stand_ins(None, 0.4, 0.0, may_be_nothing=True) is None
 
 
 @pytest.mark.parametrize(

@@ -125,3 +125,10 @@ def test_an_effect_for_which_another_would_do_is_said_to_be_not_certain():
 def test_where_other_values_predict_to_the_noise_it_is_not_said_that_something_is_missing():
     told = summary_of(Diagnosis("unexplained", "", fit=replace(FIT, heldout_nrmse=HeldoutNrmse(0.7, 0.019, 0.019))))
     assert "cannot be told which are wrong" in told and "Something real" not in told
+
+
+def test_noise_that_a_model_undercuts_was_taken_for_too_much():
+    friction = named("coulomb_friction", "Fc", 0.4, "N")
+    undercut = replace(FIT, noise_floor=0.05)
+    told = summary_of(Diagnosis("missing_physics", "", effects=(friction,), fit=undercut))
+    assert told.endswith("0.042 N with what was missing; so noise leaves less than the 0.1 N that it was taken for.")

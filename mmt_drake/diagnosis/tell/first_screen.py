@@ -19,6 +19,7 @@ from mmt_drake.diagnosis.tell.wording import (
     followed,
     listed,
     model_words,
+    noise_words,
     part_words,
     rms_words,
     share_words,
@@ -84,8 +85,7 @@ def _errors(d: Diagnosis) -> Iterable[str]:
         told += f", with {listed(_called(effect) for effect in d.effects)} by {rms_words(fit, errors.augmented)}"
     elif d.verdict != "no_mismatch" and errors.refit is not None:
         told += f", with its parameters fitted by {rms_words(fit, errors.refit)}"
-    noise = "" if fit.noise_floor is None else f"; noise alone would leave {rms_words(fit, fit.noise_floor)}"
-    yield f"{told} (RMS){noise}."
+    yield f"{told} (RMS){noise_words(fit)}."
 
 
 def _called(effect: NamedEffect) -> str:

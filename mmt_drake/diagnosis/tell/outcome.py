@@ -11,6 +11,7 @@ from mmt_drake.diagnosis.decide.confidence import (
     Depth,
     beside_a_greater,
     beside_its_kin,
+    beside_stand_ins,
     beside_the_nameless,
     beside_the_untried,
 )
@@ -151,8 +152,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
         may_be_nothing = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
         depths = {
-            e.name: _depth(e, named, believed, judgement, e.name in may_be_nothing | judgement.bent)
-            for e in named.hypothesis.effects
+            e.name: _depth(e, named, believed, judgement, e.name in may_be_nothing) for e in named.hypothesis.effects
         }
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
@@ -182,15 +182,18 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
 
 
 def _depth(
-    effect: Effect, named: Fitted, believed: ConfidenceSet, judgement: Judgement, may_be_other: bool
+    effect: Effect, named: Fitted, believed: ConfidenceSet, judgement: Judgement, may_be_nothing: bool
 ) -> Depth | None:
     """How deep the name of an effect holds; None where not even its block is sure."""
     if judgement.verdict == "ambiguous":
         return None
     shares = defaultdict(float, {part.part: part.share for part in judgement.shares})
+    unique = {part.part: part.unique for part in judgement.shares}
     own, nameless = shares[effect.name], shares[NAMELESS]
     untried = _untried_for(effect, named, judgement.untried, nameless > MOST_NAMELESS * own)
+    may_be_other = may_be_nothing or effect.name in judgement.bent
     depth = beside_the_nameless(believed.depth(effect), own, nameless, may_be_other, shares[SHARED])
+    depth = beside_stand_ins(depth, own, unique.get(effect.name), may_be_nothing)
     depth = beside_a_greater(depth, effect, {e: shares[e.name] for e in named.hypothesis.effects})
     return beside_the_untried(beside_its_kin(depth, effect, named.hypothesis.effects), effect, untried)
 

@@ -11,6 +11,7 @@ from mmt_drake.diagnosis.tell.wording import (
     followed,
     in_degrees,
     model_words,
+    noise_words,
     part_words,
     rms_words,
     share_words,
@@ -140,13 +141,13 @@ def _listed(effects: Iterable[NamedEffect], verdict: Verdict) -> str:
 def _errors(d: Diagnosis) -> str:
     if d.fit is None or d.fit.heldout_nrmse.nominal is None:
         return ""
-    fit, e, floor = d.fit, d.fit.heldout_nrmse, d.fit.noise_floor
+    fit, e = d.fit, d.fit.heldout_nrmse
     said = f"On held-out data the RMS error is {rms_words(fit, d.fit.heldout_nrmse.nominal)} with {model_words(d)}"
     if d.verdict != "no_mismatch" and e.refit is not None:
         said += f", {rms_words(fit, e.refit)} with its parameters fitted"
         if d.verdict in NAMING and e.augmented is not None:
             said += f", {rms_words(fit, e.augmented)} with what was missing"
-    return said + (f"; noise alone would leave {rms_words(fit, floor)}." if floor is not None else ".")
+    return f"{said}{noise_words(fit)}."
 
 
 def _where(d: Diagnosis) -> str:

@@ -22,6 +22,7 @@ CLEARLY: Final = 0.1
 """... and this much more of it than the mean over any other signal has."""
 
 _SMALL: Final = 0.01
+_CLEARLY_LESS: Final = 0.8
 _PREFIXED: Final = ("m", "N", "rad", "A", "V")
 _PREFIXES: Final = (("m", 1e3), ("µ", 1e6), ("n", 1e9))
 
@@ -76,6 +77,20 @@ def rms_words(fit: Fit, nrmse: float) -> str:
     if 0.0 < rms < _SMALL and fit.unit.partition(" ")[0] in _PREFIXED:
         prefix, factor = next((one for one in _PREFIXES if rms * one[1] >= 1.0), _PREFIXES[-1])
     return f"{significant(rms * factor, 3)} {prefix}{fit.unit}".rstrip()
+
+
+def noise_words(fit: Fit) -> str:
+    """What noise alone would leave, to stand behind errors; nothing where that is unknown.
+
+    Where a model leaves clearly less the noise was taken for too much, and that is said.
+    """
+    floor, errors = fit.noise_floor, fit.heldout_nrmse
+    if floor is None:
+        return ""
+    least = min((e for e in (errors.nominal, errors.refit, errors.augmented) if e is not None), default=floor)
+    if least < _CLEARLY_LESS * floor:
+        return f"; so noise leaves less than the {rms_words(fit, floor)} that it was taken for"
+    return f"; noise alone would leave {rms_words(fit, floor)}"
 
 
 def bounded(value: float, interval: tuple[float, float] | None) -> tuple[str, str | None]:
