@@ -23,7 +23,7 @@ UNTOLD = 0.1
 NEAR_ENOUGH = 0.03
 """A model for which nothing is found, and which is off by no more than this part of the torque's spread on most joints,
 has nothing missing that shows: smooth motion blurs every reversal."""
-NOISE_ALONE = 1.5
+NOTHING_SHOWS = 1.5
 """A model that leaves no more than so many times the noise of the torque, in RMS, has nothing missing that shows."""
 
 
@@ -54,7 +54,7 @@ def verdict_of(
     shares = {part.part: part.share for part in budget}
     moving = [joint for joint in joints if joint.budget]
     named = sum(share for name, share in shares.items() if name not in (PARAMETERS, SHARED, NAMELESS, NOISE))
-    if all(joint.nominal <= NOISE_ALONE * max(joint.noise, 1e-9) for joint in moving):
+    if all(joint.nominal <= NOTHING_SHOWS * max(joint.noise, 1e-9) for joint in moving):
         return "no_mismatch"
     if not effects and found.fit.belief.name == "none" and np.median([j.nominal for j in moving]) <= NEAR_ENOUGH:
         return "no_mismatch"

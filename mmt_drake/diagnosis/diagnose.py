@@ -18,6 +18,7 @@ from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.event_times import released
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
+from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
 from mmt_drake.diagnosis.fit.prepare import Prepared, prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
@@ -48,8 +49,6 @@ SEARCHING = 0.7
 """Share of the time budget for the search; the rest is for what it has found."""
 LOOK_CLOSER = 6.0
 """RMS of the residual over the noise floor above which accurate integration would not make a fit explain enough."""
-NOISE_ALONE = 1.1
-"""... and above which what is named may stand in a poor minimum: intervals say nothing of a better one elsewhere."""
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
 NEAR = 1.5
@@ -246,6 +245,7 @@ class _LawSession(DiagnosisSession):
         if not best.hypothesis.effects:
             return None
         self.watch.begin(_MINIMUM)
+        # Above that what is named may stand in a poor minimum: intervals say nothing of a better one elsewhere.
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
         shares = self.shares(standard.problem, best, fits)
         if sure and (fewer := outstanding(standard.problem, best, shares, fits)) is not best:

@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search import base
-from mmt_drake.diagnosis.search.base import NOISE_ALONE, fit_base
+from mmt_drake.diagnosis.search.base import NOTHING_MISSING, fit_base
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -70,7 +70,7 @@ FAR_OFF = {
 def test_a_value_twenty_times_off_is_found(which: str, executor: Executor) -> None:
     made, believed, true = FAR_OFF[which]
     problem, found = fitted(made(), believed, executor)
-    assert found.cost <= NOISE_ALONE**2 * problem.samples()
+    assert found.cost <= NOTHING_MISSING**2 * problem.samples()
     assert not at_bounds(found)  # and there is room about it for what follows
     values = found.hypothesis.structure_values(found.x)
     for symbol, value in true.items():
@@ -81,7 +81,7 @@ def test_a_value_twenty_times_off_is_found(which: str, executor: Executor) -> No
 def test_what_gravity_does_to_a_pendulum_is_a_parameter(executor: Executor) -> None:
     believed = DrivenBodyModel(**{**CARRIAGE, "k": 0.0}, gravity=Gravity("pendulum", 9.6))
     problem, found = fitted(carriage(k=0.0, pendulum=8.6), believed, executor)
-    assert found.cost <= NOISE_ALONE**2 * problem.samples()
+    assert found.cost <= NOTHING_MISSING**2 * problem.samples()
     assert found.hypothesis.structure_values(found.x)["pendulum"] == pytest.approx(8.6, rel=0.01)
 
 
@@ -105,7 +105,7 @@ def test_a_bound_that_missing_physics_drives_a_parameter_to_gives_way(executor: 
     """Without its friction, a heavy load of it, a body is taken for one with another mass and damper."""
     rubbing = recorded(("coulomb_friction", (("Fc", 2.0),)), seed=3, seconds=10.0)
     problem, found = fitted(rubbing, model(), executor)
-    assert found.cost > NOISE_ALONE**2 * problem.samples()
+    assert found.cost > NOTHING_MISSING**2 * problem.samples()
     low, high, _ = found.hypothesis.limits(found.x)
     assert (found.x >= low).all() and (found.x <= high).all() and found.hypothesis.nominal == model()
     assert at_bounds(found) <= found.hypothesis.widened and found.hypothesis.widened
@@ -116,7 +116,7 @@ def test_a_crude_model_is_mended_though_not_everything_is_explained(executor: Ex
     plain = recorded(seed=3, seconds=10.0)
     recording = changed(plain, force_y=plain["force_y"] + 0.1 * np.sin(2.0 * np.pi * 0.17 * plain.time))
     problem, found = fitted(recording, model(m=0.05, b1=20.0 / 6.0, b2=25.0 / 6.0), executor)
-    assert found.cost > NOISE_ALONE**2 * problem.samples() and not at_bounds(found)
+    assert found.cost > NOTHING_MISSING**2 * problem.samples() and not at_bounds(found)
     values = found.hypothesis.structure_values(found.x)
     assert values["b1"] == pytest.approx(BASE["b1"], rel=0.05)
     assert values["m"] == pytest.approx(BASE["m"], rel=0.3)  # the swing takes it along; it was handed in ten times off
@@ -125,5 +125,5 @@ def test_a_crude_model_is_mended_though_not_everything_is_explained(executor: Ex
 def test_a_bound_gives_way_where_no_more_than_noise_is_left(executor: Executor) -> None:
     believed = KelvinVoigt(k=SPRING["k"], b=SPRING["b"] / 4.02)  # just beyond four times what is handed in
     problem, found = fitted(spring(), believed, executor)
-    assert not at_bounds(found) and found.cost <= NOISE_ALONE**2 * problem.samples()
+    assert not at_bounds(found) and found.cost <= NOTHING_MISSING**2 * problem.samples()
     assert found.model.b == pytest.approx(SPRING["b"], rel=0.02)

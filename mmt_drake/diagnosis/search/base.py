@@ -20,7 +20,7 @@ from mmt_drake.windows import blocks_of
 STARTS = 12
 """Beside the nominal parameters: valleys of m, k2 and b2 are long and shallow."""
 STEPS, CONVERGED = 60, 1e-5
-NOISE_ALONE = 2.0
+NOTHING_MISSING = 2.0
 """RMS of the residual over the noise floor up to which nothing need be missing."""
 BEGUN, BEGUN_STEPS = 8.0, 8
 """Where what begins near ends at a bound, parameters are begun so many times as large and as small, for a few steps;
@@ -116,7 +116,8 @@ def _left(problem: Problem, fitted: Fitted) -> float:
 
 def _is_noise(problem: Problem, fitted: Fitted) -> bool:
     """Whether a fit leaves no more than noise."""
-    return _fair(problem, fitted).unchanged(fitted.hypothesis, fitted.x).cost <= NOISE_ALONE**2 * problem.samples()
+    fair = _fair(problem, fitted)
+    return fair.unchanged(fitted.hypothesis, fitted.x).cost <= NOTHING_MISSING**2 * problem.samples()
 
 
 def _doubting(problem: Problem, nearest: Fitted, executor: Executor) -> Fitted | None:
