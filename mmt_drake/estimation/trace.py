@@ -17,7 +17,7 @@ class EstimatorTrace:
         theta: (n, 10) in the order of `mmt_drake.model.parameters.THETA`; NaN until known.
         stable: 0.0 or 1.0 (n).
         estimated_force, filtered_force: (n, 3) what it holds against each other [N].
-        held_body: (n, 6) where friction holds the body (`mmt_drake.model.held_body`), by the clock of the samples; None
+        held_body: (n, 7) where friction holds the body (`mmt_drake.model.held_body`), by the clock of the samples; None
             of an estimator that does not know.
     """
 

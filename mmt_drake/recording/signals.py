@@ -67,7 +67,7 @@ class Signal:
     def units(self) -> tuple[str, ...]:
         """Of each column; empty for flags, codes and ratios, and for a driven body, whose unit is its own."""
         if self.name == "held_body":
-            return ("m", "m", "s") * 2
+            return ("m", "m", "s", "m", "m", "s", "s")
         if self.name in ("carried", "carried_deviation"):
             return tuple(_CARRIED_UNITS.get(column.rsplit("_", 1)[1], "") for column in self.columns)
         if self.name == "scene":

@@ -24,7 +24,7 @@ DELAY: Final = "to_telerobot_delay_s"
 _PREFIX = "link_clock_"
 _SAME_TICK = 1e-6  # [s]; stamps are written to the nanosecond
 _ENOUGH = 0.9  # share of the peer's ticks, as received, that must stand in the peer's own recording
-_STAMPS = ("held_body_stamp_x", "held_body_stamp_y")  # by the operator's run
+_STAMPS = ("held_body_stamp_x", "held_body_stamp_y", "held_body_seen")  # by the operator's run
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from numba import njit
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import BODY, force_on_probe
-from mmt_drake.model.held_body import astray, lead
+from mmt_drake.model.held_body import astray, count_from, counted_elsewhere, lead
 from mmt_drake.model.parameters import LAWS
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.updates import CHANGE, RESERVE, ROUNDING, SHARE, SHORTER, TRIES, share_within
@@ -30,7 +30,7 @@ def bring(
         state: of the object, changed in place.
         p: kernel vector of what is rendered.
         held: (HELD_SIZE,) the report.
-        since: (2,) since when each body has been where it is [s].
+        since: (3,) since when each body has been where it is, and the contact lasts [s].
         spent: change of force that this tick's update of the parameters has made [N].
         reserve: energy that may be added [J]; only for that policy.
         rule: of the policy.
@@ -40,6 +40,8 @@ def bring(
         The reserve that is left [J].
     """
     for i in range(2):
+        if p[LAWS] != 0.0:
+            reserve = _count_alike(state, p, i, held, since, reserve, rule)
         if not astray(state, i, held, since):
             continue
         at = BODY + AXIS_SIZE * i
@@ -62,6 +64,29 @@ def bring(
         if rule[RESERVE] > 0.0:
             reserve = min(reserve - (stored_energy(state, p) - before), rule[RESERVE])
     return reserve
+
+
+@njit(cache=True)
+def _count_alike(state: Array, p: Array, i: int, held: Array, since: Array, reserve: float, rule: Array) -> float:
+    """Count the body's position from where the report does: laws ask for it. No force on the probe changes at once.
+
+    Args:
+        state, p, i, held, since, rule: as of `bring`.
+        reserve: energy that may be added [J].
+
+    Returns:
+        The reserve that is left [J].
+    """
+    distance = counted_elsewhere(state, i, held, since)
+    if distance == 0.0:
+        return reserve
+    share, before = rule[SHARE], stored_energy(state, p)
+    count_from(state, i, distance)
+    if rule[RESERVE] > 0.0:
+        share = share_within(stored_energy(state, p) - before, max(reserve, 0.0))
+    if share < 1.0:
+        count_from(state, i, (share - 1.0) * distance)
+    return min(reserve - (stored_energy(state, p) - before), rule[RESERVE]) if rule[RESERVE] > 0.0 else reserve
 
 
 @njit(cache=True)

@@ -41,7 +41,7 @@ _HELD = _next(VECTOR_SIZE)  # what is rendered, as a kernel vector with room for
 _TARGET = _next(VECTOR_SIZE)  # the latest good set, likewise
 _KNOWN = _next()  # 1 once a good set has arrived
 _RESERVE = _next()  # see `updates`
-_SINCE = _next(2)  # when the body came to where it is, along x and y
+_SINCE = _next(3)  # when the body came to where it is, along x and y, and the contact began or ended
 _SEEN = _next(3)  # where the hand was when that was known last
 _FELT, _LEFT = _next(3), _next()  # the force on it then, and what is left of that
 _UNSEEN = _next()  # ticks since then
@@ -218,7 +218,7 @@ def render_on(
         in_contact: 0 or 1.
         rule: how it is taken up, of `renderer_rule`.
         placed: the probe stands still where it is put, throughout the step; its velocity in `motion` has to be zero.
-        held: (6,) where friction holds the body (`mmt_drake.model.held_body`); stamped by the operator's clock.
+        held: (7,) where friction holds the body (`mmt_drake.model.held_body`); stamped by the operator's clock.
         told: (4,) the plane under the probe: n, and n . x of its points [m], table frame; zeros, or what is not finite:
             it is the last one.
         world: 1 where the surface stays, 0 where the body carries it.

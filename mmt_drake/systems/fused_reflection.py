@@ -41,7 +41,7 @@ class FusedRenderer(KernelSystem):
 
     Ports (table frame):
 
-    - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `held_body` (6), `model_status` (1): [m], [m/s] and so
+    - `motion` (6), `theta` (10), `stable` (1), `in_contact` (1), `held_body` (7), `model_status` (1): [m], [m/s] and so
       on, as for `ImpedanceRenderer`.
     - `high_band` (3): stiffness [N/m], damping [N s/m] and weight of the second model.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from all inputs.

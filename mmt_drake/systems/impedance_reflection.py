@@ -62,8 +62,9 @@ class ImpedanceRenderer(KernelSystem):
     - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal_k [N/m], normal_b [N s/m], Fs [N], v_d [m/s].
     - `stable` (1): 1 where theta is an admissible, stable model (see `RlsEstimator`).
     - `in_contact` (1): 1 where the operator touches the object.
-    - `held_body` (6): where friction holds the body (`mmt_drake.model.held_body`) [m], [s], as the estimator knows it,
-      in the operator's time; may stay unconnected, and then the body stays where friction has left it.
+    - `held_body` (7): where friction holds the body (`mmt_drake.model.held_body`) [m], [s], as the estimator knows it,
+      in the operator's time, and from where it counts; may stay unconnected, and then the body stays where friction has
+      left it.
     - `hand` (6): position [m] and velocity [m/s] of the hand that feels the force, if an arm that yields is modelled
       before `motion`; energy is counted there. May stay unconnected.
     - `model_status` (1): 0 where the estimator is sure of theta (`OutputErrorEstimator`); anything else makes

@@ -86,8 +86,9 @@ class OutputErrorEstimator(KernelSystem, Closing):
       excite a parameter, that of the prior.
     - `status` (1): counts of `mmt_drake.estimation.output_error.layout.Status`: 0 learning, 1 free, from 2 on what is
       wrong with the input, shown for 0.1 s at least; 8 while learning beside the clock fails or does not end.
-    - `held_body` (6): where friction holds the body with theta (`mmt_drake.model.held_body`): position and anchor of
+    - `held_body` (7): where friction holds the body with theta (`mmt_drake.model.held_body`): position and anchor of
       the contact spring [m] and `stamp` of the sample [s], along x and then y; as it was when last held in contact.
+      Behind them [s] of which sample the anchors are: the latest in contact.
     - `model_status` (1): 0 where the model explains the force, 1 it does not, 2 the object is another one than before
       and what was known is forgotten, 3 the motion does not tell every number
       (`mmt_drake.estimation.output_error.adequacy.ModelStatus`). Learning goes on whatever it is.
@@ -99,7 +100,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
       `estimated_force` is that of the object, which is not late.
     - `model` (44): the message that theta goes with [SI]; zeros without laws.
     - `thing` (1): identity of the object that theta is of [1]; 0: nobody has said.
-    - `readout` (50, a message and the memory, whose size depends on the options): the thirteen above in that order,
+    - `readout` (51, a message and the memory, whose size depends on the options): the thirteen above in that order,
       then the memory.
 
     Attributes:

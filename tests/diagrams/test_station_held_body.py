@@ -26,7 +26,7 @@ HOLDING = FlexibleBoxModel(
 
 def test_only_an_estimator_that_knows_the_body_tells_it_and_only_to_a_renderer_that_has_one() -> None:
     told = load_scenario("setup1-free-running")
-    assert (returned(told)["held_body"], returned(told)["model_status"]) == (6, 1)
+    assert (returned(told)["held_body"], returned(told)["model_status"]) == (7, 1)
     assert not {"held_body", "model_status"} & set(returned(load_scenario("setup1")))
     assert "held_body" not in returned(replace(told, renderer=DirectForce(), switching="telerobot"))
     away = ChannelConfig(delay=0.1)

@@ -13,6 +13,7 @@ from mmt_drake.estimation.output_error.gate import hand_over, initial_readout, s
 from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model_files import with_effects
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array
@@ -57,6 +58,18 @@ def test_numbers_come_right_soon_after_a_law_is_told(stiffening: Contact, window
     assert before > 2.5 and after < 1.7
     np.testing.assert_allclose(known.theta[:6], OBJECT.theta()[:6], rtol=0.05)
     np.testing.assert_array_equal(readout[at.MODEL], MESSAGE.vector())
+
+
+@pytest.mark.parametrize("off", [0.0, 0.001])
+def test_a_wall_that_is_counted_from_elsewhere_moves_the_body_and_not_the_numbers(off: float) -> None:
+    own = FlexibleBoxModel(replace(OBJECT.parameters, k1=0.0))  # nothing but the wall tells where the body is
+    wall = {"position": 0.008, "stiffness": 900.0}
+    seen = contact(12.0, model=with_effects(own, [{"name": "end_stop", "parameters": wall}], "test"))
+    counted = ToldEffect("end_stop", {"side": 1.0, **wall, "position": wall["position"] + off})
+    message = ModelMessage(UNKNOWN_THETA, (counted,), number=1)
+    known, _, _ = told_at(seen, 8.0, OutputErrorOptions(window=3.0), message)
+    np.testing.assert_allclose(known.theta[[0, 2, 3, 4, 5]], own.theta()[[0, 2, 3, 4, 5]], rtol=0.03)
+    assert known.theta[1] < 2.0 and known.adequacy.left < 1.3
 
 
 SENSORS = {

@@ -61,7 +61,7 @@ def sides(drift: float = 0.0, *, start: float = 0.25, transit: float = 2e-3, see
     operator |= named("position", hand(true["operator"]))
     telerobot = named("position", hand(true["telerobot"])) | named("force", 10.0 * hand(true["telerobot"]))
     stamp = np.where(time > 1.0, 1.0, 0.0)
-    telerobot |= {f"held_body_{name}": stamp if "stamp" in name else 0.0 * time for name in HELD_BODY}
+    telerobot |= {f"held_body_{name}": stamp if "stamp" in name or name == "seen" else 0.0 * time for name in HELD_BODY}
     return of("operator", operator, "0.004"), of("telerobot", telerobot, "0.004")
 
 

@@ -97,7 +97,7 @@ def test_the_jump_that_this_makes_is_put_out_and_the_body_stays_held(right, astr
 
 @pytest.mark.parametrize("spoilt", ["moved since", "touched since", "sliding", "not finite"])
 def test_a_report_that_need_not_be_true_any_more_is_not_taken(astray, spoilt):
-    sent = np.array([0.001, 0.002, 0.0, 0.003, 0.004, 0.0])
+    sent = np.array([0.001, 0.002, 0.0, 0.003, 0.004, 0.0, 0.0])
     held, theta, contact = np.tile(sent, (N, 1)), learned(), np.ones(N)
     held[:3001] = 0.0
     if spoilt == "moved since":

@@ -7,7 +7,7 @@ from test_updates import STEP, moving, wandering
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.body import AXIS_SIZE
 from mmt_drake.model.body import MEMORY as OF_BODY
-from mmt_drake.model.held_body import HELD_SIZE, NO_REPORT
+from mmt_drake.model.held_body import HELD_ANCHOR, HELD_ENTRY, HELD_SEEN, HELD_SIZE, NO_REPORT
 from mmt_drake.model.law_table import ENTRY, HEAD, MEMORY, SHARE, VALUES
 from mmt_drake.model.message_layout import EFFECTS
 from mmt_drake.model.parameters import KERNEL_SIZE, LAWS, BoxParameters, FlexibleBoxModel
@@ -122,6 +122,22 @@ def test_a_body_that_is_brought_back_under_a_law_that_bends_changes_the_force_no
     found = Felt(policy, motion, told(1, CUBIC), sticky, held=held)
     assert found.force[1499, 1] < -3.0 and abs(found.force[-1, 1]) < 0.05
     assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-8)
+
+
+@pytest.mark.parametrize("policy", [AtOnce(), EnergyPermitting(rate=20.0)], ids=["at once", "energy"])
+def test_a_wall_is_met_where_the_report_counts_it_though_the_body_slides(policy):
+    loose = FlexibleBoxModel(BoxParameters(m=1.0, k1=0.0, k2=500.0, b1=20.0, Fc=0.2)).theta()
+    motion, held, off = pushed(3000, along=0.02), np.zeros((3000, HELD_SIZE)), 0.002
+    name, wall = WALL
+    held[50:, HELD_ENTRY + HELD_ANCHOR], held[50:, HELD_SEEN] = -off, 9.0
+    nearer = name, {**wall, "position": wall["position"] - off}
+    found, there = Felt(policy, motion, told(1, WALL), loose, held=held), Felt(policy, motion, told(1, nearer), loose)
+    plain = Felt(policy, motion, told(1, WALL), loose)
+    assert np.abs(plain.force[-1] - there.force[-1]).max() > 0.1
+    np.testing.assert_allclose(found.force[-1], there.force[-1], atol=1e-3)
+    assert isinstance(policy, AtOnce) or found.balance().min() > -1e-5
+    held[50:, HELD_SEEN] = 0.0  # of a contact before
+    np.testing.assert_array_equal(Felt(policy, motion, told(1, WALL), loose, held=held).force, plain.force)
 
 
 @pytest.mark.parametrize("seed", range(4))

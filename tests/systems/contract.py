@@ -100,7 +100,7 @@ SIGNALS: dict[str, Callable[[float], Any]] = {
     "stable": lambda t: np.ones(1),
     "theta": theta,
     "stamp": lambda t: np.array([t]),
-    "held_body": lambda t: np.array([0.01 * t, 0.02, t - 0.02, 0.01, 0.02 * t, t - 0.02]),
+    "held_body": lambda t: np.array([0.01 * t, 0.02, t - 0.02, 0.01, 0.02 * t, t - 0.02, t - 0.01]),
     "commanded": motion,
     "intended": motion,
     "remote_force": force,

@@ -60,7 +60,7 @@ def inputs(tick: int) -> dict[str, np.ndarray]:
         "remote_force": np.array([0.0, -200.0 * y, 2.0]),
         "remote_energy": np.ones(3),
         "high_band": np.array([300.0, 5.0, 0.5]),
-        "held_body": np.array([0.0, 0.0, t, 0.0, 0.0, t]),
+        "held_body": np.array([0.0, 0.0, t, 0.0, 0.0, t, t]),
     }
 
 

@@ -138,7 +138,7 @@ def render_along(
 ) -> Array:
     """The force (n, 3) of the model that runs freely along a motion (n, 6), parameters (n, 10) as they come [N].
 
-    `held` (n, 6) is where friction holds the body (`mmt_drake.model.held_body`), where that is known.
+    `held` (n, 7) is where friction holds the body (`mmt_drake.model.held_body`), where that is known.
     """
     force = np.empty((len(time), 3))
     known = np.tile(NO_REPORT, (len(time), 1)) if held is None else np.ascontiguousarray(held)

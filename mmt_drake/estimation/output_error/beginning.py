@@ -85,3 +85,10 @@ class Beginning:
         state = self.state.copy()
         state[:, ANCHOR] += offset
         return type(self)(state, self.x, self.slope)
+
+    def elsewhere(self, offset: Array) -> Self:
+        """With the body (2,) elsewhere by so much [m], and the contact spring stretched as it was."""
+        state = self.state.copy()
+        state[:, POSITION] += offset
+        state[:, ANCHOR] -= offset
+        return type(self)(state, self.x, self.slope)

@@ -17,7 +17,7 @@ from mmt_drake.estimation.output_error.meeting import first_guess, put_away
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_told
 from mmt_drake.estimation.output_error.sensor_error import corrected
 from mmt_drake.estimation.output_error.smoothing import FilterBank, filter_bank
-from mmt_drake.estimation.output_error.trials import better_stick, start_elsewhere
+from mmt_drake.estimation.output_error.trials import better_stick, placed_anew, start_elsewhere
 from mmt_drake.estimation.output_error.unknowns import (
     LATENESS,
     NORMAL_DEVIATION,
@@ -164,8 +164,11 @@ class Learner:
         if len(window) == 0:
             return anew
         objective = self._objective(anew)
-        found = attempt(objective.step, x, anew.stick, _ANEW)
-        return anew if found is None else replace(anew, x=found.x, noise=objective.noise_left(found))
+        found = attempt(placed_anew, objective, x, anew.stick, _ANEW)
+        if found is None:
+            return anew
+        start, minimum = found
+        return replace(anew, start=start, x=minimum.x, noise=objective.noise_left(minimum), held=NO_REPORT)
 
     def _with_held_body(self, known: Knowledge, objective: Objective) -> Knowledge:
         """With what the fit says of where friction holds the body at the last sample."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mmt_drake.errors import MmtError
+from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.fit import Objective
 from mmt_drake.estimation.output_error.unknowns import (
     FRICTION,
@@ -21,12 +22,13 @@ from mmt_drake.estimation.output_error.unknowns import (
     Stick,
 )
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.numeric.least_squares import Minimum
+from mmt_drake.numeric.least_squares import Minimum, minimise
 
 # How static friction is sought: shares of Fc and speeds [m/s] that are tried one by one, and moves about what is found.
 _EXCESS, _SPEED = (0.3, 1.0, 2.5), (0.001, 0.0025, 0.006, 0.015)
 _MOVES = (1.3, 1.1, 1.03)
 _SHARES, _LEAST_FRICTION = (0.7, 0.35, 1.0, 0.15), 0.01  # of the force, and [N], that another search begins with
+_PLACE = 1e-3  # [m], by which an earlier model may have put the body elsewhere
 _GAIN, _FIRST_GAIN = 3.0, 8.0  # of half the sum of squares over the variance, for another value and for the first
 
 
@@ -84,6 +86,28 @@ def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: 
             best, found = other, replace(minimum, x=moved, residual=there)
             x = moved
     return best, found
+
+
+def placed_anew(objective: Objective, x: Array, stick: Stick, steps: int) -> tuple[Beginning, Minimum]:
+    """A fit where the model has become another one, and where the body is at the first sample as that has it.
+
+    Nothing but the spring to the ground tells where a body is, until laws do that ask for it, a wall. Without either it
+    is where an earlier model has put it, and where who found the law has counted from is not known.
+
+    Raises:
+        MmtError: x cannot be integrated.
+    """
+
+    def residual(tried: Array) -> Array:
+        start = objective.start.elsewhere(tried[UNKNOWNS:])
+        return np.append(replace(objective, start=start).residual(tried[:UNKNOWNS], stick), tried[UNKNOWNS:] / _PLACE)
+
+    as_before, there = objective.step(x, stick, steps), np.zeros(2)
+    low, high = np.append(LOW, there - np.inf), np.append(HIGH, there + np.inf)
+    scale, pull = np.append(SIZE, there + _PLACE), np.append(objective.pull, there)
+    found = minimise(residual, np.append(as_before.x, there), low, high, scale, steps=steps, pull=pull)
+    start = objective.start.elsewhere(found.x[UNKNOWNS:])
+    return start, replace(objective, start=start).step(found.x[:UNKNOWNS], stick)
 
 
 def start_elsewhere(prior: Information, number: int, force: float) -> Array:
