@@ -3,6 +3,8 @@
 from typing import Any
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mmt_drake.cloud.cloud import Cloud
@@ -19,15 +21,17 @@ _STEPS, _DONE = 20, 2e-4  # of a registration, and what it stops at [m]
 
 
 def load_open3d() -> None:
-    """Load what segments a cloud, which takes a second or two: before a clock starts."""
+    """Load what segments a cloud, which takes a second or two, and compile it: before a clock starts."""
     import open3d  # noqa: F401
+
+    _flattest(np.zeros((3, 3)), np.zeros((1, 3), np.int64))
 
 
 def above_table(points: Array, table: float) -> tuple[Array, float]:
     """The points above the table, and how high that is [m].
 
-    Open3D finds the plane among the points within 2 cm of where the table should be; of too few nothing is found, and
-    the table is where it should be.
+    The plane is sought among the points within 2 cm of where the table should be; of too few nothing is found, and the
+    table is where it should be.
 
     Args:
         points: (n, 3) [m].
@@ -35,15 +39,49 @@ def above_table(points: Array, table: float) -> tuple[Array, float]:
     """
     near = points[np.abs(points[:, 2] - table) < _NEAR_TABLE]
     if len(near) >= _FEWEST_OF_TABLE:
-        import open3d
-
-        open3d.utility.random.seed(0)  # two runs give the same numbers
-        near = near[:: max(1, len(near) // _MOST_OF_TABLE)]
-        (a, b, c, d), _ = _as_open3d(near).segment_plane(_FLAT, 3, _ROUNDS)
-        if abs(c) > 0.98:  # level, to 11 deg
-            table = float(-(a * np.mean(near[:, 0]) + b * np.mean(near[:, 1]) + d) / c)
-            return points[(points @ [a, b, c] + d) / c > _ABOVE], table
+        near = np.ascontiguousarray(near[:: max(1, len(near) // _MOST_OF_TABLE)])
+        normal, d = _plane(near)
+        if abs(normal[2]) > 0.98:  # level, to 11 deg
+            table = float(-(normal[:2] @ near[:, :2].mean(axis=0) + d) / normal[2])
+            return points[(points @ normal + d) / normal[2] > _ABOVE], table
     return points[points[:, 2] > table + _ABOVE], table
+
+
+def _plane(points: Array) -> tuple[Array, float]:
+    """The plane n . x + d = 0 that most points are near to: its unit normal, and d [m].
+
+    Fischler and Bolles' random sample consensus, then a fit to all that are near. It is not Open3D's, which gives
+    another answer in every run on more than one core.
+    """
+    picked = np.random.default_rng(0).integers(len(points), size=(_ROUNDS, 3))  # two runs give the same numbers
+    found = _flattest(points, picked)
+    flat = points[np.abs(points @ found[:3] + found[3]) < _FLAT]
+    if len(flat) < 3:
+        return found[:3], float(found[3])
+    middle = flat.mean(axis=0)
+    normal = np.linalg.eigh((flat - middle).T @ (flat - middle))[1][:, 0]
+    return normal, -float(normal @ middle)
+
+
+@njit(cache=True)
+def _flattest(points: Array, picked: NDArray[np.int64]) -> Array:
+    """(4,) unit normal and d of the plane through three points, (k, 3) of the (n, 3), that most are near to."""
+    best, found = -1, np.zeros(4)
+    for k in range(len(picked)):
+        p, q, r = points[picked[k, 0]], points[picked[k, 1]], points[picked[k, 2]]
+        ux, uy, uz, vx, vy, vz = q[0] - p[0], q[1] - p[1], q[2] - p[2], r[0] - p[0], r[1] - p[1], r[2] - p[2]
+        a, b, c = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        size = np.sqrt(a * a + b * b + c * c)
+        if size == 0.0:
+            continue
+        a, b, c = a / size, b / size, c / size
+        d, count = -(a * p[0] + b * p[1] + c * p[2]), 0
+        for i in range(len(points)):
+            count += abs(a * points[i, 0] + b * points[i, 1] + c * points[i, 2] + d) < _FLAT
+        if count > best:
+            best = count
+            found[0], found[1], found[2], found[3] = a, b, c, d
+    return found
 
 
 def tops(points: Array, spacing: float, fewest: int) -> list[Array]:

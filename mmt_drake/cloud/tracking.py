@@ -25,7 +25,7 @@ from mmt_drake.cloud.seen import SeenScene, SeenThing
 from mmt_drake.cloud.segment import above_table, registered, spacing_of, tops
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.model.scene_layout import SeenState
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 
 _COVERED = 0.25  # share of a top that a cluster of it covers at least
 _SAME_TOP = 0.008  # [m]: tops of one height
@@ -111,12 +111,13 @@ def tracked(
         gripped: identity of what a closed grip holds at the tip; 0: nothing.
     """
     points, spacing = cloud.points(), spacing_of(cloud)
-    of_probe = (np.hypot(*(points[:, :2] - probe[:2]).T) < options.probe) & (points[:, 2] > probe[2] + 1e-3)
-    points = points[~of_probe]
+    high = np.flatnonzero(points[:, 2] > probe[2] + 1e-3)
+    points = np.delete(points, high[_within(points[high], probe[:2], options.probe)], axis=0)
     grip, things, carried = _gripped(before, probe, t, table, gripped)
     if carried is not None:
-        near = np.hypot(*(points[:, :2] - carried.place).T) < 0.5 * math.hypot(*carried.size) + 0.01
-        points = points[~(near & (points[:, 2] > carried.top - carried.height - _LIFTED + 1e-3))]
+        high = np.flatnonzero(points[:, 2] > carried.top - carried.height - _LIFTED + 1e-3)
+        near = _within(points[high], carried.place, 0.5 * math.hypot(*carried.size) + 0.01)
+        points = np.delete(points, high[near], axis=0)
     upper, table = above_table(points, table)
     clusters = [_Cluster(each) for each in tops(upper, spacing, options.fewest)]
     frame = _Frame(t, probe, table, spacing, points, options, carried)
@@ -136,6 +137,12 @@ def tracked(
         else:
             found |= {thing.thing: thing for thing in _merged(frame, things, group)}
     return replace(_with_strangers(before, frame, found, missing, strangers), grip=grip)
+
+
+def _within(points: Array, place: Array | tuple[float, float], radius: float) -> Flags:
+    """Which of the points (n, 3) are as near to a place as that across z."""
+    away: Array = np.hypot(*(points[:, :2] - place).T)
+    return away < radius
 
 
 def _gripped(
