@@ -320,8 +320,7 @@ CASES: dict[str, Case] = {
     ),
     "ImpedanceRenderer-energy": Case(
         lambda folder: ImpedanceRenderer(updates=EnergyPermitting()),
-        computed_together=frozenset(("held_body", port) for port in ("force", "status", "update_jump"))
-        | {("model_status", "status"), ("motion", "status")}
+        computed_together=frozenset({("held_body", "status"), ("model_status", "status"), ("motion", "status")})
         | LIES
         | TOLD
         | MET,
@@ -373,9 +372,7 @@ CASES: dict[str, Case] = {
     ),
     "CompliantTipSystem": Case(lambda folder: CompliantTipSystem(TipSettings(), np.array([0.0, 0.0, 0.005]))),
     "CartesianImpedance": Case(lambda folder: cartesian_impedance(), any_size=frozenset({"state", "torque"})),
-    "OutputErrorEstimator": Case(
-        lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "held_body", "model_status"})
-    ),
+    "OutputErrorEstimator": Case(lambda folder: OutputErrorEstimator(), still=frozenset({"stable", "model_status"})),
     "JointEffects": Case(joint_effects, any_size=frozenset({"state", "torque", "force"})),
     "LawLearner": Case(lambda folder: LawLearner(), still=frozenset({"model", "status"})),
 }
