@@ -21,6 +21,12 @@ from mmt_drake.rendering.updates import CHANGE, RESERVE, ROUNDING, SHARE, SHORTE
 
 
 @njit(cache=True)
+def distance(a: Array, b: Array | tuple[float, float, float]) -> float:
+    """Between two forces (3,) [N]."""
+    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@njit(cache=True)
 def bring(
     state: Array, p: Array, held: Array, since: Array, spent: float, reserve: float, rule: Array, force: Array
 ) -> float:
@@ -45,7 +51,7 @@ def bring(
         if not astray(state, i, held, since):
             continue
         at = BODY + AXIS_SIZE * i
-        position, anchor, felt = state[at + POSITION], state[at + ANCHOR], force[i]
+        position, anchor, felt = state[at + POSITION], state[at + ANCHOR], (force[0], force[1], force[2])
         before = stored_energy(state, p)
         lead(state, i, held, 1.0)
         share = rule[SHARE]
@@ -53,14 +59,14 @@ def bring(
             share = share_within(stored_energy(state, p) - before, max(reserve, 0.0))
         if math.isfinite(rule[CHANGE]):
             force_on_probe(state, p, force)
-            share = min(share, share_within(abs(force[i] - felt), max(rule[CHANGE] - spent, 0.0)))
+            share = min(share, share_within(distance(force, felt), max(rule[CHANGE] - spent, 0.0)))
         if share < 1.0:
             state[at + POSITION], state[at + ANCHOR] = position, anchor
             lead(state, i, held, share)
         force_on_probe(state, p, force)
         if math.isfinite(rule[CHANGE]) and p[LAWS] != 0.0:
-            _lead_within(state, p, i, held, share, rule[CHANGE] - spent, (position, anchor, felt), force)
-        spent += abs(force[i] - felt)
+            _lead_within(state, p, i, held, share, rule[CHANGE] - spent, (position, anchor), felt, force)
+        spent += distance(force, felt)
         if rule[RESERVE] > 0.0:
             reserve = min(reserve - (stored_energy(state, p) - before), rule[RESERVE])
     return reserve
@@ -77,15 +83,15 @@ def _count_alike(state: Array, p: Array, i: int, held: Array, since: Array, rese
     Returns:
         The reserve that is left [J].
     """
-    distance = counted_elsewhere(state, i, held, since)
-    if distance == 0.0:
+    off = counted_elsewhere(state, i, held, since)
+    if off == 0.0:
         return reserve
     share, before = rule[SHARE], stored_energy(state, p)
-    count_from(state, i, distance)
+    count_from(state, i, off)
     if rule[RESERVE] > 0.0:
         share = share_within(stored_energy(state, p) - before, max(reserve, 0.0))
     if share < 1.0:
-        count_from(state, i, (share - 1.0) * distance)
+        count_from(state, i, (share - 1.0) * off)
     return min(reserve - (stored_energy(state, p) - before), rule[RESERVE]) if rule[RESERVE] > 0.0 else reserve
 
 
@@ -97,7 +103,8 @@ def _lead_within(
     held: Array,
     share: float,
     most: float,
-    was: tuple[float, float, float],
+    was: tuple[float, float],
+    felt: tuple[float, float, float],
     force: Array,
 ) -> None:
     """Bring a body that was led along axis i back to where the force, which laws may bend, has changed by `most` [N].
@@ -107,20 +114,15 @@ def _lead_within(
         i: the axis.
         share: of the way, that was gone.
         most: [N]; none below 0.
-        was: the body's position and anchor [m] and the force along the axis [N] before.
+        was: the body's position and anchor [m] before.
+        felt: the force [N] before; laws that know both axes change it along the other one, too.
     """
     at, tries = BODY + AXIS_SIZE * i, 0
-    position, anchor, felt = was
-    while abs(force[i] - felt) > max(most, 0.0) * ROUNDING and share > 0.0:
+    position, anchor = was
+    while distance(force, felt) > max(most, 0.0) * ROUNDING and share > 0.0:
         tries += 1
-        share = 0.0 if tries == TRIES else share * SHORTER * max(most, 0.0) / abs(force[i] - felt)
+        share = 0.0 if tries == TRIES else share * SHORTER * max(most, 0.0) / distance(force, felt)
         state[at + POSITION], state[at + ANCHOR] = position, anchor
         if share > 0.0:
             lead(state, i, held, share)
         force_on_probe(state, p, force)
-
-
-@njit(cache=True)
-def distance(a: Array, b: Array) -> float:
-    """Between two forces (3,) [N]."""
-    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)

@@ -114,10 +114,12 @@ def test_a_law_that_gets_other_numbers_while_it_enters_changes_the_force_no_fast
     assert isinstance(policy, RateLimited) or found.balance().min() > -1e-5
 
 
+@pytest.mark.parametrize("across", [0.0, 0.01])
 @pytest.mark.parametrize("policy", [RateLimited(20.0), EnergyPermitting(rate=20.0)], ids=["rate", "energy"])
-def test_a_body_that_is_brought_back_under_a_law_that_bends_changes_the_force_no_faster(policy):
+def test_a_body_that_is_brought_back_under_a_law_that_bends_changes_the_force_no_faster(policy, across):
     sticky = FlexibleBoxModel(BoxParameters(m=1.0, k1=0.0, k2=100.0, b1=20.0, Fc=50.0)).theta()
     motion, held = pushed(3000), np.zeros((3000, HELD_SIZE))
+    motion[:, [0, 3]] = across / 0.01 * motion[:, [1, 4]]  # the law knows both axes
     held[1500:, 3], held[1500:, 5] = 0.01, 1.5  # all of the way along y, from where the cubic spring is steepest
     found = Felt(policy, motion, told(1, CUBIC), sticky, held=held)
     assert found.force[1499, 1] < -3.0 and abs(found.force[-1, 1]) < 0.05
