@@ -14,14 +14,13 @@ from mmt_drake.diagnosis.decide.confidence import (
     ConfidenceSet,
     beside_a_greater,
     beside_its_kin,
-    beside_stand_ins,
     beside_the_nameless,
     beside_the_untried,
     contenders,
 )
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.tell.outcome import _untried_for
+from mmt_drake.diagnosis.tell.outcome import _core, _untried_for
 from mmt_drake.effects import LIBRARY
 
 RUBBING = recorded(COULOMB, seed=3, seconds=10.0)
@@ -235,13 +234,10 @@ def test_a_law_is_sure_only_beside_little_that_has_no_name_and_a_family_beside_n
         assert beside_the_nameless(depth, 0.4, nameless, may_be_all=True, shared=0.2) != "block" or depth == "block"
 
 
-def test_what_may_be_nothing_and_others_take_over_is_sure_of_the_block_alone() -> None:
-    for depth in ("law", "family", "block"):
-        assert beside_stand_ins(depth, 0.4, 0.03, may_be_nothing=True) == "block"
-        assert beside_stand_ins(depth, 0.4, 0.05, may_be_nothing=True) == depth
-        assert beside_stand_ins(depth, 0.4, 0.03, may_be_nothing=False) == depth
-        assert beside_stand_ins(depth, 0.4, None, may_be_nothing=True) == depth
-    assert beside_stand_ins(None, 0.4, 0.0, may_be_nothing=True) is None
+def test_a_number_is_lost_in_its_uncertainty_where_that_is_ten_times_as_large() -> None:
+    for value, interval, lost in ((-0.0024, (-0.2, 0.2), True), (2.0, (0.0, 100.0), True), (20.6, (0.0, 42.3), False)):
+        low, high = _core(value, interval)
+        assert (low < 0.0 < high) == lost and low < value < high
 
 
 @pytest.mark.parametrize(

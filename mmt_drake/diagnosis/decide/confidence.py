@@ -38,10 +38,6 @@ MOST_BESIDE_A_FAMILY = 0.5
 SLIGHT = 0.03
 """An effect that takes less than this part of what another one of its block takes is no surer than the block."""
 
-TAKEN_OVER = 0.1
-"""An effect that may be nothing, and of whose share the others take all but less than this part when it goes, is no
-surer than the block."""
-
 _RIVALS = 2
 """Sets that are compared at each depth: which of them is the better one may show on the accurate clock alone."""
 
@@ -228,19 +224,6 @@ def beside_the_nameless(
     if depth is not None and nameless > MOST_BESIDE_A_FAMILY * (share + shared):
         return "block"
     return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
-
-
-def beside_stand_ins(depth: Depth | None, share: float, unique: float | None, may_be_nothing: bool) -> Depth | None:
-    """How deep a name holds where the rest of the set may stand in for the effect.
-
-    Args:
-        depth: that all explanations share.
-        share: of the effect in the budget.
-        unique: of it what comes back without the effect once all else is fitted anew.
-        may_be_nothing: whether the interval of its number reaches the value at which it does nothing.
-    """
-    taken_over = may_be_nothing and unique is not None and unique < TAKEN_OVER * share
-    return "block" if depth is not None and taken_over else depth
 
 
 def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:
