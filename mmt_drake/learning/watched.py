@@ -18,7 +18,8 @@ _MOST: Final = 3
 _LONGEST: Final = 4.0
 """Times as long as its contact what is kept may last."""
 _EARNS: Final = 0.5
-"""A law leaves again if with it more than this part is left of what was left without, and that is in doubt."""
+"""A law leaves again if with it more than this part is left, beyond noise, of what was left without, and that is in
+doubt."""
 _CONTACT: Final = ROW - 1
 
 
@@ -130,7 +131,7 @@ class Watched:
         """After a window of contact with the laws that are told: they leave again if they do not earn their place."""
         if math.isnan(self.before) or not self.tells:
             return self
-        if left > options.doubt and left > _EARNS * self.before:
+        if left > options.doubt and _beyond_noise(left) > _EARNS * _beyond_noise(self.before):
             gone = replace(self._telling(UNKNOWN_THETA), windows=min(self.windows + 1, _MOST))
             return replace(gone, before=math.nan, status=LearnerStatus.CANNOT_TELL).anew()
         return replace(self, before=math.nan)
@@ -156,6 +157,11 @@ class Watched:
         """With the next message."""
         number = 1 if self.message is None else self.message.number + 1
         return replace(self, message=ModelMessage(theta, laws, self.thing, number, sensor))
+
+
+def _beyond_noise(left: float) -> float:
+    """What is left, over the noise, without the noise that is part of it."""
+    return math.sqrt(max(left**2 - 1.0, 0.0))
 
 
 def left_of(window: Sequence[Piece]) -> float:

@@ -37,7 +37,8 @@ from mmt_drake.numeric.layout import Layout
 _next = Layout()
 POSITION, VELOCITY, ANCHOR = _next(), _next(), _next()
 MODE = _next()  # 0 stuck, else the direction of sliding
-MEMORY = _next(4)  # of laws on the body
+MEMORY_SIZE = 4
+MEMORY = _next(MEMORY_SIZE)  # of laws on the body
 SENSOR_MEMORY = _next(4)  # of laws in the sensor
 READING = _next()  # what the force sensor reads [N]
 AXIS_SIZE = _next.size

@@ -72,6 +72,16 @@ def test_a_wall_that_is_counted_from_elsewhere_moves_the_body_and_not_the_number
     assert known.theta[1] < 2.0 and known.adequacy.left < 1.3
 
 
+@pytest.mark.parametrize("window", [30.0, 3.0], ids=["all of it", "a window that has let samples go"])
+def test_what_a_law_remembers_by_the_time_that_it_is_told_does_not_spoil_the_numbers(window: float) -> None:
+    loop = {"alpha": 300.0, "beta": 150.0}
+    seen = contact(12.0, model=with_effects(OBJECT, [{"name": "hysteresis", "parameters": loop}], "test"))
+    message = ModelMessage(UNKNOWN_THETA, (ToldEffect("hysteresis", {**loop, "gamma": 150.0, "n": 1.0}),), number=1)
+    known, _, left = told_at(seen, 8.0, OutputErrorOptions(window=window), message)
+    np.testing.assert_allclose(known.theta[:6], OBJECT.theta()[:6], rtol=0.04)
+    assert max(left[-10:]) < 1.3
+
+
 SENSORS = {
     "bias": SensorError(bias=0.6),
     "drift": SensorError(bias=-0.4, rate=0.1),

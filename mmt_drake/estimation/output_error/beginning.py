@@ -13,8 +13,11 @@ import numpy as np
 
 from mmt_drake.errors import attempt
 from mmt_drake.estimation.output_error.unknowns import HIGH, LOW, SIZE, UNKNOWNS
-from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MODE, POSITION, VELOCITY
+from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MEMORY, MEMORY_SIZE, MODE, POSITION, VELOCITY
 from mmt_drake.numeric.arrays import Array
+
+OF_LAWS = slice(MEMORY, MEMORY + MEMORY_SIZE)
+"""Where in the state of an axis stands what laws on the body remember."""
 
 _FOLLOW = [POSITION, VELOCITY, ANCHOR]
 _LEAST = 1e-3  # of an unknown's size: what it is moved by at least
@@ -86,9 +89,13 @@ class Beginning:
         state[:, ANCHOR] += offset
         return type(self)(state, self.x, self.slope)
 
-    def elsewhere(self, offset: Array) -> Self:
-        """With the body (2,) elsewhere by so much [m], and the contact spring stretched as it was."""
+    def elsewhere(self, offset: Array, memory: Array) -> Self:
+        """With the body (2,) elsewhere by so much [m], the contact spring stretched as it was.
+
+        What its laws remember is `memory` (2, MEMORY_SIZE), whatever it has been.
+        """
         state = self.state.copy()
         state[:, POSITION] += offset
         state[:, ANCHOR] -= offset
+        state[:, OF_LAWS] = memory
         return type(self)(state, self.x, self.slope)

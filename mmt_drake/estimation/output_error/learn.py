@@ -150,8 +150,7 @@ class Learner:
         samples = corrected(known.window.samples, model, known.model)
         window, start, memory = replace(known.window, samples=samples), known.start, known.memory
         if memory.matrix.any():  # where another model has left the body is not known that well
-            window = window.shortened(0)
-            window.weight[: round(_BEFORE_S / self.h)] = 0.0
+            window = window.not_compared(round(_BEFORE_S / self.h))
             start, memory = Beginning.known(start.of(known.x)), self._prior(known).plus(memory).only(LATENESS)
         x, stick, theta = known.x, Stick(), np.array(message.theta)
         if np.isfinite(theta).all():
@@ -164,10 +163,12 @@ class Learner:
         if len(window) == 0:
             return anew
         objective = self._objective(anew)
-        found = attempt(placed_anew, objective, x, anew.stick, _ANEW)
-        if found is None:
+        starts = x, self._prior(anew).mean()  # the numbers so far may be those of an object that has no such law
+        found = (attempt(placed_anew, objective, begun, anew.stick, _ANEW) for begun in starts)
+        best = min((each for each in found if each is not None), key=lambda each: each[1].cost, default=None)
+        if best is None:
             return anew
-        start, minimum = found
+        start, minimum = best
         return replace(anew, start=start, x=minimum.x, noise=objective.noise_left(minimum), held=NO_REPORT)
 
     def _with_held_body(self, known: Knowledge, objective: Objective) -> Knowledge:
@@ -294,8 +295,7 @@ class Learner:
         said = attempt(before.said, x, stick, count)
         if start is None or said is None:
             return None
-        part = window.shortened(count)
-        part.weight[: round(_BEFORE_S / self.h)] = 0.0  # when it was is not known that well
+        part = window.shortened(count).not_compared(round(_BEFORE_S / self.h))  # when it was is not known that well
         alone = known.of_another(
             window=part,
             start=Beginning.known(start),

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mmt_drake.errors import MmtError
-from mmt_drake.estimation.output_error.beginning import Beginning
+from mmt_drake.estimation.output_error.beginning import OF_LAWS, Beginning
 from mmt_drake.estimation.output_error.fit import Objective
 from mmt_drake.estimation.output_error.unknowns import (
     FRICTION,
@@ -21,6 +21,7 @@ from mmt_drake.estimation.output_error.unknowns import (
     Information,
     Stick,
 )
+from mmt_drake.model.body import MEMORY_SIZE
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import Minimum, minimise
 
@@ -29,6 +30,7 @@ _EXCESS, _SPEED = (0.3, 1.0, 2.5), (0.001, 0.0025, 0.006, 0.015)
 _MOVES = (1.3, 1.1, 1.03)
 _SHARES, _LEAST_FRICTION = (0.7, 0.35, 1.0, 0.15), 0.01  # of the force, and [N], that another search begins with
 _PLACE = 1e-3  # [m], by which an earlier model may have put the body elsewhere
+_LOOKS = 8  # at what laws remember, all over a window
 _GAIN, _FIRST_GAIN = 3.0, 8.0  # of half the sum of squares over the variance, for another value and for the first
 
 
@@ -89,24 +91,36 @@ def better_stick(objective: Objective, minimum: Minimum, stick: Stick, numbers: 
 
 
 def placed_anew(objective: Objective, x: Array, stick: Stick, steps: int) -> tuple[Beginning, Minimum]:
-    """A fit where the model has become another one, and where the body is at the first sample as that has it.
+    """A fit where the model has become another one, and what its body is at the first sample.
 
     Nothing but the spring to the ground tells where a body is, until laws do that ask for it, a wall. Without either it
-    is where an earlier model has put it, and where who found the law has counted from is not known.
+    is where an earlier model has put it, and where who found the law has counted from is not known. Nor is what laws
+    remember by then: it is sought within what they come to in the window.
 
     Raises:
         MmtError: x cannot be integrated.
     """
+    count = len(objective.window)
+    forgotten = replace(objective, start=objective.start.elsewhere(np.zeros(2), np.zeros((2, MEMORY_SIZE))))
+    later = np.linspace(0, count - 1, _LOOKS + 1)[1:].astype(int)
+    usual = np.sqrt(np.mean([forgotten.end(x, stick, k)[:, OF_LAWS] ** 2 for k in later], axis=0))
+    remembers = usual > 0.0
+    scale = np.append(np.full(2, _PLACE), usual[remembers])
+
+    def begun(further: Array) -> Beginning:
+        memory = np.zeros((2, MEMORY_SIZE))
+        memory[remembers] = further[2:]
+        return objective.start.elsewhere(further[:2], memory)
 
     def residual(tried: Array) -> Array:
-        start = objective.start.elsewhere(tried[UNKNOWNS:])
-        return np.append(replace(objective, start=start).residual(tried[:UNKNOWNS], stick), tried[UNKNOWNS:] / _PLACE)
+        further = tried[UNKNOWNS:]
+        return np.append(replace(objective, start=begun(further)).residual(tried[:UNKNOWNS], stick), further / scale)
 
-    as_before, there = objective.step(x, stick, steps), np.zeros(2)
+    as_before, there = forgotten.step(x, stick, steps), np.zeros(len(scale))
     low, high = np.append(LOW, there - np.inf), np.append(HIGH, there + np.inf)
-    scale, pull = np.append(SIZE, there + _PLACE), np.append(objective.pull, there)
-    found = minimise(residual, np.append(as_before.x, there), low, high, scale, steps=steps, pull=pull)
-    start = objective.start.elsewhere(found.x[UNKNOWNS:])
+    sizes, pull = np.append(SIZE, scale), np.append(objective.pull, there)
+    found = minimise(residual, np.append(as_before.x, there), low, high, sizes, steps=steps, pull=pull)
+    start = begun(found.x[UNKNOWNS:])
     return start, replace(objective, start=start).step(found.x[:UNKNOWNS], stick)
 
 

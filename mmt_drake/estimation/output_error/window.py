@@ -122,6 +122,12 @@ class Window:
         """Without the first `count` samples."""
         return self.part(slice(count, None))
 
+    def not_compared(self, count: int) -> Self:
+        """With the force of the first `count` samples left out of what is compared, now and later."""
+        found = self.part(slice(None))
+        found.samples[:count, FORCE_GOOD] = found.weight[:count] = 0.0
+        return found
+
     def part(self, span: slice) -> Self:
         """Some of the samples, copied."""
         return replace(self, **{name: getattr(self, name)[span].copy() for name in self.__dataclass_fields__})
