@@ -57,12 +57,15 @@ class Question:
 class Looks(Closing):
     """A process that answers questions in their order; it is begun when this is made.
 
+    Args:
+        idle: for a run in real time: it works when nobody else does, where the system can say so.
+
     Raises:
         MmtError: the process cannot be begun.
     """
 
-    def __init__(self) -> None:
-        self._own = OwnProcess(__name__, own_files(LIBRARY), "learner: the process for its looks")
+    def __init__(self, *, idle: bool = False) -> None:
+        self._own = OwnProcess(__name__, (own_files(LIBRARY), idle), "learner: the process for its looks")
         self._waiting: deque[Question] = deque()
         self._turn = Lock()
         self._answers: WeakKeyDictionary[Question, LookResult | None] = WeakKeyDictionary()
@@ -114,8 +117,11 @@ def serve(handle: int) -> None:
     served(handle, _begin, "learner: a look")
 
 
-def _begin(files: list[Path]) -> Callable[[bytes], bytes]:
+def _begin(first: tuple[list[Path], bool]) -> Callable[[bytes], bytes]:
+    files, idle = first
     os.nice(_GIVES_WAY)
+    if idle and hasattr(os, "SCHED_IDLE"):
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     for file in files:
         register_file(file)
     return lambda asked: pickle.dumps(_answered(*pickle.loads(asked)))

@@ -85,7 +85,7 @@ class LawLearner(KernelSystem, Closing):
         super().__init__()
         self._options = Learning() if options is None else options
         self._sample = max(1, round(self._options.sample / step)) * step
-        self._worker, self._looks = worker, Looks()
+        self._worker, self._looks = worker, Looks(idle=worker)
         rows = 4 * round(_PERIOD / self._sample) + 1
         initial = np.zeros(_ROWS + rows * ROW)
         initial[_MODEL] = 0.0 if first is None else first.vector()
@@ -134,11 +134,15 @@ class LawLearner(KernelSystem, Closing):
 
     def _gone_on(self, seen: Watched, t: float, theta: Array, left: float) -> Watched:
         """With the answer that is due, or with a question that is worth while."""
-        options, window = self._options, seen.window(self._sample, self._options)
+        options = self._options
+        if (question := seen.question) is not None:
+            due = self._looks.is_answered(question) if self._worker else t > question.asked + options.delay
+            if not due:
+                return seen
+        window = seen.window(self._sample, options)
         left = left_of(window) if window else left
-        if seen.question is not None:
-            due = self._looks.is_answered(seen.question) if self._worker else t > seen.question.asked + options.delay
-            return seen.answered(self._answer(seen.question), left > options.doubt) if due else seen
+        if question is not None:
+            return seen.answered(self._answer(question), left > options.doubt)
         if not window:
             return seen
         seen = seen.judged(left, options)

@@ -59,6 +59,7 @@ class Watched:
         before: what was left when the laws that are told were asked for; NaN: that has been looked into.
         thing: the object that is touched; a later one has a greater number.
         changed: whether the estimator says that it is another one.
+        kept: samples in the pieces.
     """
 
     pieces: tuple[Piece, ...] = ()
@@ -69,20 +70,21 @@ class Watched:
     before: float = math.nan
     thing: int = 0
     changed: bool = False
+    kept: int = 0
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
 
     def seeing(self, piece: Piece, sample: float, options: Learning) -> Self:
         """With a further piece."""
-        most, kept = _LONGEST * _MOST * options.window / sample, (*self.pieces, piece)
-        while sum(len(one.rows) for one in kept) > most:
-            kept = kept[1:]
-        return replace(self, pieces=kept)
+        pieces, kept = (*self.pieces, piece), self.kept + len(piece.rows)
+        while kept > _LONGEST * _MOST * options.window / sample:
+            pieces, kept = pieces[1:], kept - len(pieces[0].rows)
+        return replace(self, pieces=pieces, kept=kept)
 
     def anew(self) -> Self:
         """Without what was seen: time broke off, or it has been looked into."""
-        return replace(self, pieces=())
+        return replace(self, pieces=(), kept=0)
 
     def touching(self, changed: bool) -> Self:
         """Where the estimator says that the object is another one, or does not (any more).

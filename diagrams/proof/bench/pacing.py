@@ -77,7 +77,8 @@ def paced(
     pace = Pace()
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "out.mcap"
-        station = build_station(load_scenario(scenario, changes or []), record=record, meshcat=viewer, pace=pace)
+        chosen = load_scenario(scenario, changes or [])
+        station = build_station(chosen, record=record, meshcat=viewer, worker=True, pace=pace)
         with real_time_process(ProcessOptions()):
             station.simulate(seconds, pace=pace)
     return pace
