@@ -57,7 +57,7 @@ def test_a_learner_whose_news_nobody_could_take_up_is_refused(change: str, what:
 def test_a_law_that_is_told_is_felt_and_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[Naming] = []
 
-    def make() -> Naming:
+    def make(idle: bool) -> Naming:
         made.append(Naming())
         return made[-1]
 

@@ -54,6 +54,13 @@ def test_a_touch_is_where_the_probe_crosses_the_surface_however_late_it_is_told(
     assert (k - 1 + window.switch[k]) * H == pytest.approx(1.0031, abs=2e-5)
 
 
+def test_force_that_is_not_compared_is_not_when_more_samples_come_either() -> None:
+    made = samples(600)
+    window = grown(made[:400], 400).shortened(250).not_compared(20)
+    later = window.extended(made[400:], H, BANK)
+    assert not later.weight[:20].any() and later.weight[20:].all()
+
+
 def test_a_touch_far_from_the_surface_is_where_it_is_told() -> None:
     made = samples(600)
     made[:, POSITION] += (0.0, 0.0, 1.0)

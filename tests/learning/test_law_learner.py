@@ -1,5 +1,6 @@
 """The learner as a system: it asks when the numbers leave too much, and tells when the answer is due."""
 
+import os
 import pickle
 import time
 from collections.abc import Iterator
@@ -47,7 +48,7 @@ class Answering(Looks):
 @pytest.fixture
 def looks(monkeypatch: pytest.MonkeyPatch) -> Iterator[Answering]:
     answering = Answering()
-    monkeypatch.setattr(law_learner, "Looks", lambda: answering)
+    monkeypatch.setattr(law_learner, "Looks", lambda idle: answering)
     yield answering
 
 
@@ -125,6 +126,14 @@ def test_a_process_answers_what_it_is_asked_and_ends() -> None:
     looks.close()
     looks.ask(unknown := Question(still.pieces, 0.002, still.theta, 4.0, 9.0))
     assert looks.is_answered(unknown) and looks.answer(unknown, here=False) is None
+
+
+@pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="no such policy here")
+@pytest.mark.parametrize("idle", [False, True])
+def test_in_real_time_a_look_works_when_nobody_else_does(idle: bool) -> None:
+    with Looks(idle=idle) as looks:
+        policy = os.sched_getscheduler(looks._own.process.pid)
+    assert policy == (os.SCHED_IDLE if idle else os.SCHED_OTHER)
 
 
 def test_who_knows_no_answer_of_a_process_finds_the_same_here() -> None:
