@@ -113,9 +113,7 @@ def test_laws_leave_when_a_later_look_does_without_them() -> None:
     ("before", "left", "stays"),
     [(9.0, 1.0, True), (9.0, 4.0, True), (9.0, 5.0, False), (2.1, 1.3, True), (2.1, 1.35, True), (2.1, 1.4, False)],
 )
-def test_laws_leave_when_more_than_half_is_left_with_them_beyond_noise(
-    before: float, left: float, stays: bool
-) -> None:
+def test_laws_leave_when_more_than_half_is_left_with_them_beyond_noise(before: float, left: float, stays: bool) -> None:
     told = asked(before).answered(NAMED, doubtful=True).seeing(piece(WINDOW, left), SAMPLE, OPTIONS)
     judged = told.judged(left, OPTIONS)
     assert bool(judged.laws) == stays and math.isnan(judged.before)
