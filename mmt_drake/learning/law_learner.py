@@ -30,8 +30,8 @@ class LawLearner(KernelSystem, Closing):
     Where the estimator leaves more of a window of contact than its noise explains, the diagnosis holds that window
     against the library of effects, in a process of its own. Laws that it names and that may be felt are told on
     `model`, with the numbers beside them, and what of the force is the sensor's. They leave again when they do not earn
-    their place: when a window of contact with them leaves half of what it did without or more, beyond its noise. Or when
-    a later look finds another answer.
+    their place: when a window of contact with them leaves half of what it did without or more, beyond noise, or when a
+    later look finds another answer.
 
     .. pydrake_system::
 
