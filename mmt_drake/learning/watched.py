@@ -122,8 +122,10 @@ class Watched:
             return replace(more, status=LearnerStatus.FAILED).anew()
         partly = answer.tells and question.changed and answer.verdict != "missing_physics"
         if not answer.settled or partly:  # what was seen meanwhile counts the next time
-            return replace(more, status=answer.status)
-        if not (answer.tells or self.tells) or (answer.tells and not doubtful):
+            return replace(more, status=LearnerStatus.CANNOT_TELL if partly else answer.status)
+        if answer.tells and not doubtful:  # what was seen counts as soon as there is doubt again
+            return replace(more, windows=1, status=self.standing)
+        if not (answer.tells or self.tells):
             return replace(more, status=self.standing).anew()
         told = more._telling(answer.theta, answer.laws, answer.sensor)
         before = question.left if answer.tells else math.nan

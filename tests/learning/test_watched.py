@@ -71,6 +71,7 @@ def test_of_what_was_taken_for_two_objects_only_what_explains_all_is_told(verdic
     assert one.question is not None
     told = replace(one, question=replace(one.question, changed=True)).answered(replace(NAMED, verdict=verdict), True)
     assert bool(told.laws) == (verdict == "missing_physics") and bool(told.pieces) != bool(told.laws)
+    assert told.status == (LearnerStatus.TOLD if told.laws else LearnerStatus.CANNOT_TELL)
 
 
 def test_another_object_has_a_greater_number() -> None:
@@ -85,6 +86,7 @@ def test_another_object_has_a_greater_number() -> None:
 def test_laws_do_not_enter_where_the_latest_contact_needs_none() -> None:
     told = asked().answered(NAMED, doubtful=False)
     assert told.message is None and told.status == LearnerStatus.WATCHING
+    assert told.window(SAMPLE, OPTIONS), "and what was seen counts as soon as one does again"
 
 
 @pytest.mark.parametrize(
