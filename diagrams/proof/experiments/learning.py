@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from scipy.stats import binomtest
 
 from mmt_drake.analysis.learned import SETTLES_S, ToldLaws, learned
 from mmt_drake.analysis.wording import in_percent
@@ -186,6 +187,7 @@ def judge(cases: Sequence[LearningCase], seed: int) -> DrawnFindings:
     having = [case for case in cases if case.laws]
     soon = [case for case in having if case.entered_s is not None and case.entered_s <= latest]
     wrong = [case for case in cases if case.wrong]
+    at_most = float(binomtest(len(wrong), max(len(cases), 1), alternative="less").proportion_ci().high)
     reached = [
         Reached(f"{len(having)} objects with a law", NOT_ENTERED, 1.0 - len(soon) / max(len(having), 1)),
         Reached(f"{len(cases)} runs", WRONG_LAWS, len(wrong) / max(len(cases), 1)),
@@ -197,7 +199,8 @@ def judge(cases: Sequence[LearningCase], seed: int) -> DrawnFindings:
     sentences = [
         f"Of {len(having)} objects with a law that is felt, all their laws and no other entered within {SOON_S:g} s of "
         f"contact and the declared delay of {delay.delay:g} s in {len(soon)}; in {len(wrong)} of {len(cases)} runs a "
-        "law was told that the object has not."
+        f"law was told that the object has not. That bounds the rate at {in_percent(at_most):.2g} % (95 %, one-sided), of "
+        "objects whose laws the library has."
     ]
     lead = (
         f"Set-up 1 as `setup1-learning` has it, {SECONDS:g} s of strokes each: the thesis's object (the first "
