@@ -199,8 +199,8 @@ def judge(cases: Sequence[LearningCase], seed: int) -> DrawnFindings:
     sentences = [
         f"Of {len(having)} objects with a law that is felt, all their laws and no other entered within {SOON_S:g} s of "
         f"contact and the declared delay of {delay.delay:g} s in {len(soon)}; in {len(wrong)} of {len(cases)} runs a "
-        f"law was told that the object has not. That bounds the rate at {in_percent(at_most):.2g} % (95 %, one-sided), of "
-        "objects whose laws the library has."
+        f"law was told that the object has not. That bounds the rate at {in_percent(at_most):.2g} % (95 %, one-sided), "
+        "of objects whose laws the library has."
     ]
     lead = (
         f"Set-up 1 as `setup1-learning` has it, {SECONDS:g} s of strokes each: the thesis's object (the first "
