@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from scipy.stats import binomtest
 
 from mmt_drake.analysis.learned import SETTLES_S, ToldLaws, learned
 from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.tell.wording import all_words
 from mmt_drake.diagrams.proof.experiments.targets import FELT_AFTER, FELT_AFTER_FOREIGN, NOT_ENTERED, WRONG_LAWS
 from mmt_drake.diagrams.proof.studies.columns import Column, tabled
+from mmt_drake.diagrams.proof.studies.counted import counted
 from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings, each_draw
 from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.diagrams.stations.run import run
@@ -187,7 +187,7 @@ def judge(cases: Sequence[LearningCase], seed: int) -> DrawnFindings:
     having = [case for case in cases if case.laws]
     soon = [case for case in having if case.entered_s is not None and case.entered_s <= latest]
     wrong = [case for case in cases if case.wrong]
-    at_most = float(binomtest(len(wrong), max(len(cases), 1), alternative="less").proportion_ci().high)
+    at_most = counted([bool(case.wrong) for case in cases], from_above=True)["at_most"]
     reached = [
         Reached(f"{len(having)} objects with a law", NOT_ENTERED, 1.0 - len(soon) / max(len(having), 1)),
         Reached(f"{len(cases)} runs", WRONG_LAWS, len(wrong) / max(len(cases), 1)),

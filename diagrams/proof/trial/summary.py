@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from scipy.stats import binomtest
 
 from mmt_drake.analysis.plotting import BLACK, DPI, GREEN, GREY, RED, styled
 from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.analysis.wording import significant
+from mmt_drake.diagrams.proof.studies.counted import counted
 from mmt_drake.diagrams.proof.studies.of_known import of_known
 from mmt_drake.diagrams.proof.trial.score import ScoredNumber, TrialScore
 from mmt_drake.errors import BadInput
@@ -67,17 +67,10 @@ def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
         "seconds": _median(s.seconds for s in scores),
         "seconds_worst": max((s.seconds for s in scores), default=None),
         "crashed": sum(s.verdict == "crashed" for s in scores),
-        "counted": {name: _counted(each, from_above=name == "false_name_rate") for name, each in flags.items() if each},
+        "counted": {name: counted(each, from_above=name == "false_name_rate") for name, each in flags.items() if each},
         "sizes": {name: _sizes(each) for name, each in (("pairs", pair), ("outside", outside)) if each},
         "by_effect": {name: _of_effect(own) for name, own in _by_name(scores).items()},
     }
-
-
-def _counted(flags: Sequence[bool], *, from_above: bool) -> dict[str, Any]:
-    """How many of how many, and the one-sided 95 % bound of the rate behind it (Clopper and Pearson, exact)."""
-    said = binomtest(sum(flags), len(flags), alternative="less" if from_above else "greater")
-    low, high = said.proportion_ci(0.95, method="exact")
-    return {"count": sum(flags), "of": len(flags), **({"at_most": high} if from_above else {"at_least": low})}
 
 
 def _sizes(scores: Sequence[TrialScore]) -> dict[str, Any]:
