@@ -30,6 +30,8 @@ _NUMBERS: Final = "static_friction"
 """An effect that is numbers of theta."""
 _OF_95: Final = 2.0 * 1.96
 """Standard deviations in an interval of 95 %."""
+_WHOLE: Final[Verdict] = "missing_physics"
+"""The verdict whose laws are felt: one that explains a part may stand in the place of one that the library lacks."""
 _ENOUGH: Final[tuple[Verdict, ...]] = "no_mismatch", "parameters"
 """Verdicts that need no law."""
 
@@ -137,6 +139,8 @@ def answer_of(outcome: Outcome) -> LookResult:
         else:
             more = (*laws, ToldEffect(name, values[name], _deviations(effect)))
         try:
+            if found.verdict != _WHOLE:
+                raise BadInput("learner", found=f"verdict {found.verdict}", expected=f"{_WHOLE}, which explains it all")
             check_told(ModelMessage(numbers, more, sensor=other), "learner")
             laws, sensor = more, other
         except BadInput as error:

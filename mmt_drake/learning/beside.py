@@ -34,7 +34,6 @@ class Question:
         theta: (10,) numbers of the estimator.
         asked: when [s].
         left: what the estimator left of the contact, over its noise [1].
-        changed: whether it took the object for another one within it.
     """
 
     pieces: tuple[Array, ...]
@@ -42,7 +41,6 @@ class Question:
     theta: Array
     asked: float
     left: float
-    changed: bool = False
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self

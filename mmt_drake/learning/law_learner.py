@@ -126,7 +126,7 @@ class LawLearner(KernelSystem, Closing):
             seen = seen.anew()
         rows = memory[_ROWS : _ROWS + int(memory[_COUNT]) * ROW].reshape(-1, ROW).copy()
         memory[_BROKEN] = memory[_COUNT] = 0.0
-        seen = seen.seeing(Piece.of(rows, left[0], seen.changed), self._sample, self._options)
+        seen = seen.seeing(Piece.of(rows, left[0]), self._sample, self._options)
         seen = self._gone_on(seen, context.get_time(), theta, left[0])
         memory[_MODEL] = 0.0 if seen.message is None else seen.message.vector()
         memory[_STATUS] = seen.status
@@ -148,8 +148,7 @@ class LawLearner(KernelSystem, Closing):
         seen = seen.judged(left, options)
         if left <= options.doubt or not seen.pieces:
             return seen
-        rows, changed = tuple(piece.rows for piece in window), any(piece.changed for piece in window)
-        question = Question(rows, self._sample, theta.copy(), t, left, changed)
+        question = Question(tuple(piece.rows for piece in window), self._sample, theta.copy(), t, left)
         self._looks.ask(question)
         return seen.asking(question)
 

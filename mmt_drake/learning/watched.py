@@ -31,18 +31,16 @@ class Piece:
         rows: (n, ROW) samples.
         left: what the estimator left of the latest contact then, over its noise.
         touching: how many of them are of contact.
-        changed: whether the estimator took the object for another one then.
     """
 
     rows: Array
     left: float
     touching: int
-    changed: bool = False
 
     @classmethod
-    def of(cls, rows: Array, left: float, changed: bool = False) -> Self:
+    def of(cls, rows: Array, left: float) -> Self:
         """Of samples (n, ROW)."""
-        return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)), changed)
+        return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)))
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ class Watched:
 
     Attributes:
         pieces: of a contact without a gap. An object whose law nobody knows is taken for another one now and then, so
-            they are kept then; but only what explains all of it is told of such a contact.
+            they are kept then.
         windows: that are looked at together the next time.
         question: that is not answered yet.
         message: that was told last; None: none was.
@@ -120,9 +118,8 @@ class Watched:
         more = replace(self, question=None, windows=min(self.windows + 1, _MOST))
         if answer is None:
             return replace(more, status=LearnerStatus.FAILED).anew()
-        partly = answer.tells and question.changed and answer.verdict != "missing_physics"
-        if not answer.settled or partly:  # what was seen meanwhile counts the next time
-            return replace(more, status=LearnerStatus.CANNOT_TELL if partly else answer.status)
+        if not answer.settled:  # what was seen meanwhile counts the next time
+            return replace(more, status=answer.status)
         if answer.tells and not doubtful:  # what was seen counts as soon as there is doubt again
             return replace(more, windows=1, status=self.standing)
         if not (answer.tells or self.tells):

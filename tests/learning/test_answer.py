@@ -1,13 +1,19 @@
 """One look at a contact: whence its fits begin, and what of its answer is told."""
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
+from mmt_drake.diagnosis.decide.verdict import Verdict
+from mmt_drake.diagnosis.tell.outcome import Outcome
+from mmt_drake.diagnosis.tell.result import NamedEffect
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.options import Prior
 from mmt_drake.learning import answer
-from mmt_drake.learning.answer import ROW, LookResult, look
-from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult, answer_of, look
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.model_message import SensorError
 from mmt_drake.recording import Recording
 
@@ -47,3 +53,29 @@ def test_a_drift_that_a_look_finds_is_told_by_the_clock_of_the_run(monkeypatch: 
     found, _ = asked(monkeypatch, drifts, fails=0)
     assert found.sensor.bias + 0.1 * 11.0 == pytest.approx(0.5), "the first sample of contact was taken at 11 s"
     assert found.sensor.rate == 0.1
+
+
+@pytest.mark.parametrize(
+    ("verdict", "status"),
+    [
+        ("missing_physics", LearnerStatus.TOLD),
+        ("partly_explained", LearnerStatus.NOT_FELT),
+        ("ambiguous", LearnerStatus.NOT_FELT),
+    ],
+)
+def test_a_law_is_told_only_where_all_is_explained_and_else_it_says_why_not(
+    verdict: Verdict, status: LearnerStatus
+) -> None:
+    cubic = NamedEffect("nonlinear_stiffness", "contact_stiffness", "contact", "law", {})
+    model = FlexibleBoxModel(BoxParameters(), NormalContact())
+    hypothesis = SimpleNamespace(
+        effect_values=lambda x: {cubic.name: {"k3": 3e6}}, handed=lambda x: SimpleNamespace(bare=model)
+    )
+    outcome = SimpleNamespace(
+        diagnosis=SimpleNamespace(verdict=verdict, effects=[cubic]), best=SimpleNamespace(hypothesis=hypothesis, x=None)
+    )
+    found = answer_of(cast(Outcome, outcome))
+    assert found.status == status and bool(found.laws) == (verdict == "missing_physics")
+    expected = "missing_physics, which explains it all"
+    why = () if found.laws else (f"nonlinear_stiffness: found verdict {verdict}, expected {expected}",)
+    assert found.refused == why

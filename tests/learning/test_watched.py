@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
@@ -63,15 +62,6 @@ def test_what_the_force_sensor_adds_is_told_alone_and_leaves_as_laws_do() -> Non
     assert told.message == ModelMessage(NUMBERS, sensor=BIAS) and told.status == LearnerStatus.TOLD
     gone = told.judged(5.0, OPTIONS)
     assert gone.message is not None and not any(gone.message.sensor) and not gone.tells
-
-
-@pytest.mark.parametrize("verdict", ["missing_physics", "partly_explained"])
-def test_of_what_was_taken_for_two_objects_only_what_explains_all_is_told(verdict: Verdict) -> None:
-    one = asked()
-    assert one.question is not None
-    told = replace(one, question=replace(one.question, changed=True)).answered(replace(NAMED, verdict=verdict), True)
-    assert bool(told.laws) == (verdict == "missing_physics") and bool(told.pieces) != bool(told.laws)
-    assert told.status == (LearnerStatus.TOLD if told.laws else LearnerStatus.CANNOT_TELL)
 
 
 def test_another_object_has_a_greater_number() -> None:
