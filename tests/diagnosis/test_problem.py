@@ -86,7 +86,7 @@ def test_the_residual_of_the_exact_model_is_the_noise_that_the_floor_says(proble
 
 
 def test_noise_of_the_input_raises_the_floor_by_what_it_does_to_the_force(problem):
-    for track in problem.tracks:
+    for track in (with_floors([track], EXACT)[0] for track in problem.tracks):
         s, own = track.smoothed, track.smoothed.output_noise[track.column]
         through = math.sqrt(track.floor**2 - own**2)
         # Nearly all of it is the rate's noise through the contact damper, and the body does not follow that fast.
@@ -102,6 +102,18 @@ def test_noise_of_the_input_raises_the_floor_by_what_it_does_to_the_force(proble
         louder = replace(s, input_rate_noise=3.0 * s.input_rate_noise, input_noise=3.0 * s.input_noise)
         (loud,) = with_floors([replace(track, smoothed=louder)], EXACT)
         assert math.sqrt(loud.floor**2 - own**2) == pytest.approx(3.0 * through, rel=0.15)
+
+
+def test_recordings_count_alike_however_quiet_or_slow_each_is(problem):
+    first, other = (next(t for t in tracks if t.axis == "y") for tracks in problem.by_recording())
+    s = other.smoothed
+    loud = replace(other, smoothed=replace(s, output_noise=10.0 * s.output_noise))
+    alone = [with_floors([track], EXACT)[0].floor for track in (first, loud)]
+    assert alone[1] > 5.0 * alone[0]
+    both = [track.floor for track in with_floors([first, loud], EXACT)]
+    assert both == pytest.approx([math.sqrt(np.mean(np.square(alone)))] * 2, rel=0.01) and both[0] == both[1]
+    mixed = with_floors(problem.tracks, EXACT)
+    assert len({track.floor for track in mixed}) == len({track.axis for track in mixed}), "each axis has its own"
 
 
 # blocks

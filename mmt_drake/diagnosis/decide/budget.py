@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from mmt_drake.diagnosis.fit.errors import HeldOutPart, intervals_of
+from mmt_drake.diagnosis.fit.errors import ErrorOverSpread, HeldOutPart, intervals_of
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.errors import attempt
@@ -32,7 +32,9 @@ class BudgetPart:
 
 @dataclass(frozen=True)
 class Ruler:
-    """Mean squared held-out errors of models, over what was measured, the mean of all recordings.
+    """Mean squared held-out errors of models over the variance of what was measured, of all recordings together.
+
+    A recording in which little was measured has as little weight: else a machine's slowest would outweigh the others.
 
     Attributes:
         prepared: the recordings.
@@ -44,12 +46,12 @@ class Ruler:
 
     def of(self, model: Structure) -> float:
         """The error of a model; infinite where its simulation diverges."""
-        error = attempt(self._mean, lambda held: held.nrmse(model))
+        error = attempt(self._of_all, lambda held: held.error(model))
         return math.inf if error is None else error
 
     def noise(self, model: Structure) -> float:
         """What noise alone leaves of a right model like this one."""
-        return self._mean(lambda held: held.floor(model))
+        return self._of_all(lambda held: held.noise(model))
 
     @property
     def heldout(self) -> list[HeldOutPart]:
@@ -65,8 +67,9 @@ class Ruler:
             for recording, tracks in pairs
         ]
 
-    def _mean(self, error: Callable[[HeldOutPart], float]) -> float:
-        return math.fsum(error(held) ** 2 for held in self.heldout) / len(self.prepared.recordings)
+    def _of_all(self, error: Callable[[HeldOutPart], ErrorOverSpread]) -> float:
+        errors = [error(held) for held in self.heldout]
+        return math.fsum(e.rms**2 for e in errors) / math.fsum(e.spread**2 for e in errors)
 
 
 def budget(

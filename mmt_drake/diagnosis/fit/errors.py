@@ -7,10 +7,11 @@ sample on, or over the windows of the model's `window_s`. So anyone can compute 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from mmt_drake.analysis.nrmse import nrmse
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.analysis.signals import stretches
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput, MmtError
@@ -23,6 +24,18 @@ from mmt_drake.replay import in_windows, replayed
 from mmt_drake.windows import Windows
 
 Interval = tuple[float, float]
+
+
+class ErrorOverSpread(NamedTuple):
+    """RMS error, and the standard deviation of what was measured, both in its unit."""
+
+    rms: float
+    spread: float
+
+    @property
+    def ratio(self) -> float:
+        """As `HeldOutPart.nrmse` has it."""
+        return self.rms / self.spread
 
 
 @dataclass(frozen=True)
@@ -52,19 +65,25 @@ class HeldOutPart:
                 recording of three axes and none of them named.
             MmtError: the simulation diverges.
         """
-        chosen, simulated = self._counting(model), predicted(model, self.recording)
-        chosen &= self._known(simulated)
-        error = nrmse(self._joined(self.recording.columns, chosen), self._joined(simulated, chosen))
-        if error is None:
-            raise BadInput(self.recording.source, found="a constant output", expected="one that varies when held out")
-        return error
+        return self.error(model).ratio
+
+    def floor(self, model: Structure) -> float:
+        """What sensor noise alone leaves, in the unit of `nrmse`; raises as that."""
+        return self.noise(model).ratio
 
     def spread(self, model: Structure) -> float:
         """Standard deviation of what was measured, in its unit: times `nrmse` it is the RMS error; raises as that."""
-        return self._spread(self._counting(model) & self._known(predicted(model, self.recording)))
+        return self.error(model).spread
 
-    def floor(self, model: Structure) -> float:
-        """What sensor noise alone leaves, in the unit of `nrmse`; raises as that.
+    def error(self, model: Structure) -> ErrorOverSpread:
+        """What `nrmse` is made of; raises as that."""
+        chosen, simulated = self._counting(model), predicted(model, self.recording)
+        chosen &= self._known(simulated)
+        measured = self._joined(self.recording.columns, chosen)
+        return self._over_spread(rms(measured - self._joined(simulated, chosen)), measured)
+
+    def noise(self, model: Structure) -> ErrorOverSpread:
+        """What `floor` is made of; raises as that.
 
         The output's own noise, and that of the recorded position and velocity sent through the model (`noise_through`).
         """
@@ -72,7 +91,8 @@ class HeldOutPart:
         chosen &= self._known(through)
         own = {name: self.smoothed.noise[name].std for name in self._outputs}
         squares = [std**2 + float(np.mean(through[name][chosen] ** 2)) for name, std in own.items()]
-        return math.sqrt(math.fsum(squares) / len(squares)) / self._spread(chosen)
+        left = math.sqrt(math.fsum(squares) / len(squares))
+        return self._over_spread(left, self._joined(self.recording.columns, chosen))
 
     @property
     def _outputs(self) -> tuple[str, ...]:
@@ -102,8 +122,11 @@ class HeldOutPart:
     def _joined(self, columns: Mapping[str, Array], chosen: Flags) -> Array:
         return np.concatenate([columns[name][chosen] for name in self._outputs])
 
-    def _spread(self, chosen: Flags) -> float:
-        return float(np.std(self._joined(self.recording.columns, chosen)))
+    def _over_spread(self, left: float, measured: Array) -> ErrorOverSpread:
+        spread = float(np.std(measured)) if len(measured) else 0.0
+        if spread == 0.0:
+            raise BadInput(self.recording.source, found="a constant output", expected="one that varies when held out")
+        return ErrorOverSpread(left, spread)
 
 
 def predicted(model: Structure, recording: Recording) -> dict[str, Array]:
