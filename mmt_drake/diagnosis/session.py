@@ -55,7 +55,7 @@ class DiagnosisSession(ABC):
         refit = self.begun or fit_base(self.problem, self.model, skew, self.executor)[1]
         # What noise leaves of perfect data depends on the model.
         problem, fine = (
-            replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse)
+            replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse).weighed(refit)
             for p, coarse in ((self.problem, COARSE), (self.fine, 1.0))
         )
         nominal, refit = fit_base(fine, self.model, skew, self.executor, refit)

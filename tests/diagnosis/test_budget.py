@@ -1,5 +1,7 @@
 """What the error of a model is made of: shares that sum to 1, booked to what they come from."""
 
+from dataclasses import replace
+
 import pytest
 from trial_samples import COULOMB, beside, changed, model, recorded
 
@@ -52,16 +54,18 @@ def test_what_is_unique_to_an_effect_is_what_comes_back_without_it_when_all_else
         assert found["coulomb_friction"].unique == pytest.approx(missed * gone, abs=1e-12)
 
 
-def test_a_recording_in_which_little_was_measured_has_little_weight():
+def test_recordings_count_in_a_budget_as_they_do_in_the_fit():
     slow = changed(RUBBING, **{name: 0.1 * RUBBING[name] for name in ("force_x", "force_y", "force_z")})
     prepared = prepare([RUBBING, slow], model())
-    ruler = Ruler(prepared, prepared.problem)
-    loud, quiet = ruler.heldout
-    # Of ten times the force that was measured, a model is nine times the slow recording's spread off.
-    assert quiet.nrmse(model()) > 8.0
-    expected = (loud.error(model()).rms ** 2 + quiet.error(model()).rms ** 2) / (1.01 * loud.spread(model()) ** 2)
-    assert ruler.of(model()) == pytest.approx(expected, rel=1e-9) and ruler.of(model()) < 2.0
-    assert ruler.noise(model()) < loud.floor(model()) ** 2 * 2.0
+    for counts in (1.0, 0.1):
+        first, other = prepared.problem.by_recording()
+        tracks = (*first, *(replace(track, counts=counts) for track in other))
+        ruler = Ruler(prepared, replace(prepared.problem, tracks=tracks))
+        loud, quiet = (held.error(model()) for held in ruler.heldout)
+        assert quiet.ratio > 8.0, "of ten times the force that was measured"
+        share = (counts * first[0].floor / other[0].floor) ** 2
+        expected = (loud.rms**2 + share * quiet.rms**2) / (loud.spread**2 + share * quiet.spread**2)
+        assert ruler.of(model()) == pytest.approx(expected, rel=1e-9)
 
 
 def test_what_is_not_in_the_model_has_no_name():

@@ -32,6 +32,11 @@ def measuring(track, values, floor):
     return replace(track, smoothed=replace(track.smoothed, output=output), floor=floor)
 
 
+def alone(problem):
+    """A problem of each recording."""
+    return [replace(problem, tracks=tracks) for tracks in problem.by_recording()]
+
+
 def with_noise(track, generator, level):
     """The track as the model itself would have been measured, with white noise of a deviation on the sensor's clock."""
     s = track.smoothed
@@ -104,16 +109,25 @@ def test_noise_of_the_input_raises_the_floor_by_what_it_does_to_the_force(proble
         assert math.sqrt(loud.floor**2 - own**2) == pytest.approx(3.0 * through, rel=0.15)
 
 
-def test_recordings_count_alike_however_quiet_or_slow_each_is(problem):
-    first, other = (next(t for t in tracks if t.axis == "y") for tracks in problem.by_recording())
-    s = other.smoothed
-    loud = replace(other, smoothed=replace(s, output_noise=10.0 * s.output_noise))
-    alone = [with_floors([track], EXACT)[0].floor for track in (first, loud)]
-    assert alone[1] > 5.0 * alone[0]
-    both = [track.floor for track in with_floors([first, loud], EXACT)]
-    assert both == pytest.approx([math.sqrt(np.mean(np.square(alone)))] * 2, rel=0.01) and both[0] == both[1]
-    mixed = with_floors(problem.tracks, EXACT)
-    assert len({track.floor for track in mixed}) == len({track.axis for track in mixed}), "each axis has its own"
+def test_recordings_count_by_what_a_fit_leaves_of_each_and_as_they_did_where_that_is_noise(problem):
+    plain = Hypothesis.of(EXACT, 0.0)
+    right = problem.unchanged(plain, plain.base())
+    first, *others = problem.by_recording()
+    quiet = replace(problem, tracks=(*first, *(replace(t, floor=0.1 * t.floor) for tracks in others for t in tracks)))
+    weighed = quiet.weighed(right)
+    assert weighed.tracks[-1].counts / weighed.tracks[0].counts == pytest.approx(0.1, rel=0.1)
+    assert sum(p.samples() * p.tracks[0].counts ** 2 for p in alone(weighed)) == pytest.approx(quiet.samples())
+    assert [t.counts for t in problem.weighed(right).tracks] == pytest.approx([1.0] * len(problem.tracks), rel=0.05)
+    assert replace(problem, tracks=first).weighed(right).tracks == first, "one recording"
+
+
+def test_an_error_beyond_what_was_measured_takes_no_more_weight_from_a_recording(problem):
+    first, *others = problem.by_recording()
+    slow = replace(problem, tracks=(*first, *(measuring(t, 1e-3 * t.measured, t.floor) for ts in others for t in ts)))
+    plain = Hypothesis.of(EXACT, 0.0)
+    weighed = slow.weighed(slow.unchanged(plain, plain.base()))
+    assert alone(weighed)[1].ratio(EXACT) > 100.0, "a model that is a thousand times too stiff for it"
+    assert weighed.tracks[-1].counts > 0.5
 
 
 # blocks

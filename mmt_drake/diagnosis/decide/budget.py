@@ -34,7 +34,7 @@ class BudgetPart:
 class Ruler:
     """Mean squared held-out errors of models over the variance of what was measured, of all recordings together.
 
-    A recording in which little was measured has as little weight: else a machine's slowest would outweigh the others.
+    Recordings count as they do in the fit (`Problem.weighed`).
 
     Attributes:
         prepared: the recordings.
@@ -69,7 +69,9 @@ class Ruler:
 
     def _of_all(self, error: Callable[[HeldOutPart], ErrorOverSpread]) -> float:
         errors = [error(held) for held in self.heldout]
-        return math.fsum(e.rms**2 for e in errors) / math.fsum(e.spread**2 for e in errors)
+        counts = [(tracks[0].counts / tracks[0].floor) ** 2 for tracks in self.problem.by_recording()]
+        squares = math.fsum(c * e.rms**2 for c, e in zip(counts, errors, strict=True))
+        return squares / math.fsum(c * e.spread**2 for c, e in zip(counts, errors, strict=True))
 
 
 def budget(

@@ -20,9 +20,6 @@ brings the body to its goal whatever the model is, of how far it stays from that
 def with_floors(tracks: Sequence[Track], model: Structure) -> tuple[Track, ...]:
     """The tracks with the noise that a model leaves of perfect data: the output's own, and the input's through it.
 
-    One floor for an axis, of all recordings together: what no model explains counts by its size, not by how quiet or
-    how slow the recording is that it stands in.
-
     Noise of the input's position and rate, white within the band, is sent through the model beside the input. What it
     and the states of windows add is one draw a window, so by chance it may be more: a deviation of that is allowed for.
     """
@@ -37,12 +34,7 @@ def with_floors(tracks: Sequence[Track], model: Structure) -> tuple[Track, ...]:
         if isinstance(track, DrivenTrack):
             through *= 1.0 + math.sqrt(2.0 / max(track.windows.count, 2))
         result.append(replace(track, floor=max(math.hypot(own, through), least)))
-    return tuple(replace(track, floor=_pooled([t for t in result if t.axis == track.axis])) for track in result)
-
-
-def _pooled(tracks: Sequence[Track]) -> float:
-    """The floor of several tracks together, samples alike: the root of their mean square."""
-    return math.sqrt(math.fsum(t.floor**2 for t in tracks) / len(tracks))
+    return tuple(result)
 
 
 def noise_through(track: Track, model: Structure, generator: np.random.Generator) -> float:

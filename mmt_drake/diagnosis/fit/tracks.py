@@ -69,6 +69,7 @@ class Track(ABC):
         column: which of its outputs.
         heldout: (n,) samples that no fit looks at.
         floor: deviation of what sensor noise leaves of measured less simulated output, in the band compared.
+        counts: how much its residuals count in a fit, see `Problem.weighed`.
         beside: what curves of a model are over (`mmt_drake.over`), on this clock.
     """
 
@@ -76,6 +77,7 @@ class Track(ABC):
     column: int
     heldout: Flags
     floor: float = field(default=float("nan"))
+    counts: float = 1.0
     beside: Conditions = field(default_factory=dict)
 
     @property

@@ -84,6 +84,8 @@ def fit_base(
     nominal = problem.at(hypothesis, start)
     if hypothesis.has_skew:
         nominal = problem.at(hypothesis, problem.skew_alone(hypothesis, start))
+    if known is None:
+        problem = problem.weighed(nominal)
     further = [known.x] if known is not None else [hypothesis.moved(start, number) for number in range(STARTS)]
     starts = [(hypothesis, x) for x in (nominal.x, *further)]
     begun = sorted(problem.fits(starts, executor, steps=BEGUN_STEPS, secant=True), key=lambda f: f.cost)[:TAKEN_ON]
