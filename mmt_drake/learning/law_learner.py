@@ -17,7 +17,7 @@ from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import KernelSystem
 
-_PERIOD = 0.1  # [s], at which a window is looked at
+_PERIOD = 0.25  # [s], at which a window is looked at: as rare a tick as may be, for it costs more than others
 PORT_SIZES = {"model": MESSAGE_SIZE, "status": 1}
 _next = Layout()
 _MODEL, _STATUS = _next.part(MESSAGE_SIZE), _next()
