@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trial_samples import model, problem_of, recorded
+from trial_samples import SPRING, changed, model, problem_of, recorded, spring
 
 from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
 from mmt_drake.diagnosis.fit.floors import with_floors
@@ -119,6 +119,18 @@ def test_recordings_count_by_what_a_fit_leaves_of_each_and_as_they_did_where_tha
     assert sum(p.samples() * p.tracks[0].counts ** 2 for p in alone(weighed)) == pytest.approx(quiet.samples())
     assert [t.counts for t in problem.weighed(right).tracks] == pytest.approx([1.0] * len(problem.tracks), rel=0.05)
     assert replace(problem, tracks=first).weighed(right).tracks == first, "one recording"
+
+
+def test_what_disturbs_one_recording_spoils_a_fit_less_where_they_count_by_what_is_left():
+    clean, other = spring(seed=1), spring(seed=2)
+    walk = np.cumsum(np.random.default_rng(0).standard_normal(len(other)))
+    disturbed = changed(other, force=other["force"] + 0.3 * np.std(other["force"]) * walk / np.std(walk))
+    plain = Hypothesis.of(KelvinVoigt(k=450.0, b=22.0, x0=SPRING["x0"]), 0.0)
+    problem = problem_of([clean, disturbed], plain.nominal)
+    first = problem.fit(plain, plain.base())
+    again = problem.weighed(first).fit(plain, first.x)
+    off, off_again = (abs(fitted.structure_values["k"] / SPRING["k"] - 1.0) for fitted in (first, again))
+    assert off_again < 0.3 * off
 
 
 def test_an_error_beyond_what_was_measured_takes_no_more_weight_from_a_recording(problem):
