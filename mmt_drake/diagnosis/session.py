@@ -9,7 +9,7 @@ from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.verdict import Verdict
-from mmt_drake.diagnosis.fit.floors import with_floors
+from mmt_drake.diagnosis.fit.floors import weighed, with_floors
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import COARSE
@@ -55,7 +55,7 @@ class DiagnosisSession(ABC):
         refit = self.begun or fit_base(self.problem, self.model, skew, self.executor)[1]
         # What noise leaves of perfect data depends on the model.
         problem, fine = (
-            replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse).weighed(refit)
+            weighed(replace(p, tracks=with_floors(p.tracks, refit.model), coarse=coarse), refit)
             for p, coarse in ((self.problem, COARSE), (self.fine, 1.0))
         )
         nominal, refit = fit_base(fine, self.model, skew, self.executor, refit)

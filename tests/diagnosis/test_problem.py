@@ -8,7 +8,7 @@ import pytest
 from trial_samples import SPRING, changed, model, problem_of, recorded, spring
 
 from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
-from mmt_drake.diagnosis.fit.floors import with_floors
+from mmt_drake.diagnosis.fit.floors import weighed, with_floors
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import BLOCK_S, Problem, share, split
 from mmt_drake.diagnosis.signals.smoother import smooth
@@ -114,11 +114,11 @@ def test_recordings_count_by_what_a_fit_leaves_of_each_and_as_they_did_where_tha
     right = problem.unchanged(plain, plain.base())
     first, *others = problem.by_recording()
     quiet = replace(problem, tracks=(*first, *(replace(t, floor=0.1 * t.floor) for tracks in others for t in tracks)))
-    weighed = quiet.weighed(right)
-    assert weighed.tracks[-1].counts / weighed.tracks[0].counts == pytest.approx(0.1, rel=0.1)
-    assert sum(p.samples() * p.tracks[0].counts ** 2 for p in alone(weighed)) == pytest.approx(quiet.samples())
-    assert [t.counts for t in problem.weighed(right).tracks] == pytest.approx([1.0] * len(problem.tracks), rel=0.05)
-    assert replace(problem, tracks=first).weighed(right).tracks == first, "one recording"
+    found = weighed(quiet, right)
+    assert found.tracks[-1].counts / found.tracks[0].counts == pytest.approx(0.1, rel=0.1)
+    assert sum(p.samples() * p.tracks[0].counts ** 2 for p in alone(found)) == pytest.approx(quiet.samples())
+    assert [t.counts for t in weighed(problem, right).tracks] == pytest.approx([1.0] * len(problem.tracks), rel=0.05)
+    assert weighed(replace(problem, tracks=first), right).tracks == first, "one recording"
 
 
 def test_what_disturbs_one_recording_spoils_a_fit_less_where_they_count_by_what_is_left():
@@ -128,7 +128,7 @@ def test_what_disturbs_one_recording_spoils_a_fit_less_where_they_count_by_what_
     plain = Hypothesis.of(KelvinVoigt(k=450.0, b=22.0, x0=SPRING["x0"]), 0.0)
     problem = problem_of([clean, disturbed], plain.nominal)
     first = problem.fit(plain, plain.base())
-    again = problem.weighed(first).fit(plain, first.x)
+    again = weighed(problem, first).fit(plain, first.x)
     off, off_again = (abs(fitted.structure_values["k"] / SPRING["k"] - 1.0) for fitted in (first, again))
     assert off_again < 0.3 * off
 
@@ -137,9 +137,9 @@ def test_an_error_beyond_what_was_measured_takes_no_more_weight_from_a_recording
     first, *others = problem.by_recording()
     slow = replace(problem, tracks=(*first, *(measuring(t, 1e-3 * t.measured, t.floor) for ts in others for t in ts)))
     plain = Hypothesis.of(EXACT, 0.0)
-    weighed = slow.weighed(slow.unchanged(plain, plain.base()))
-    assert alone(weighed)[1].ratio(EXACT) > 100.0, "a model that is a thousand times too stiff for it"
-    assert weighed.tracks[-1].counts > 0.5
+    found = weighed(slow, slow.unchanged(plain, plain.base()))
+    assert alone(found)[1].ratio(EXACT) > 100.0, "a model that is a thousand times too stiff for it"
+    assert found.tracks[-1].counts > 0.5
 
 
 # blocks

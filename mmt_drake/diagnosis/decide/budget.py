@@ -34,7 +34,7 @@ class BudgetPart:
 class Ruler:
     """Mean squared held-out errors of models over the variance of what was measured, of all recordings together.
 
-    Recordings count as they do in the fit (`Problem.weighed`).
+    Recordings count as they do in the fit (`mmt_drake.diagnosis.fit.floors.weighed`).
 
     Attributes:
         prepared: the recordings.

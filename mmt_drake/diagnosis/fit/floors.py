@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import lfilter
 
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.model.driven_model import DrivenBodyModel
@@ -35,6 +36,29 @@ def with_floors(tracks: Sequence[Track], model: Structure) -> tuple[Track, ...]:
             through *= 1.0 + math.sqrt(2.0 / max(track.windows.count, 2))
         result.append(replace(track, floor=max(math.hypot(own, through), least)))
     return tuple(result)
+
+
+def weighed(problem: Problem, fitted: Fitted) -> Problem:
+    """A problem whose recordings count as what a fit leaves of each says: to a fit that is noise, too.
+
+    By their own noise alone, a machine's slowest recording would outweigh all others where its friction sticks and
+    slips as no law has it. Where the fit leaves noise alone they count as they did. Errors beyond all that was measured
+    are numbers that are wrong, no noise.
+    """
+
+    def left(tracks: tuple[Track, ...]) -> tuple[float, float]:
+        alone = Problem(tuple(replace(track, counts=1.0) for track in tracks), problem.coarse)
+        samples, r = alone.samples(), alone.residual(fitted.model, fitted.skew)
+        strongest = max(float(np.std(track.measured)) / track.floor for track in tracks)
+        return samples, max(min(float(r @ r), samples * strongest**2), samples)
+
+    if len(recordings := problem.by_recording()) == 1:
+        return problem
+    told = [left(tracks) for tracks in recordings]
+    of_all = math.fsum(n for n, _ in told) / math.fsum(n * n / squares for n, squares in told)
+    counts = [math.sqrt(of_all * n / squares) for n, squares in told]
+    pairs = zip(recordings, counts, strict=True)
+    return replace(problem, tracks=tuple(replace(track, counts=c) for tracks, c in pairs for track in tracks))
 
 
 def noise_through(track: Track, model: Structure, generator: np.random.Generator) -> float:

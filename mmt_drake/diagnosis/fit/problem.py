@@ -121,28 +121,6 @@ class Problem:
         """The tracks of each recording, in their order."""
         return [tuple(tracks) for _, tracks in groupby(self.tracks, key=lambda track: id(track.smoothed))]
 
-    def weighed(self, fitted: Fitted) -> Problem:
-        """With recordings that count as what a fit leaves of each says: to a fit that is noise, too.
-
-        By their own noise alone, a machine's slowest recording would outweigh all others where its friction sticks and
-        slips as no law has it. Where the fit leaves noise alone they count as they did. Errors beyond all that was
-        measured are numbers that are wrong, no noise.
-        """
-
-        def left(tracks: tuple[Track, ...]) -> tuple[float, float]:
-            alone = Problem(tuple(replace(track, counts=1.0) for track in tracks), self.coarse)
-            samples, r = alone.samples(), alone.residual(fitted.model, fitted.skew)
-            strongest = max(float(np.std(track.measured)) / track.floor for track in tracks)
-            return samples, max(min(float(r @ r), samples * strongest**2), samples)
-
-        if len(recordings := self.by_recording()) == 1:
-            return self
-        told = [left(tracks) for tracks in recordings]
-        of_all = math.fsum(n for n, _ in told) / math.fsum(n * n / squares for n, squares in told)
-        counts = [math.sqrt(of_all * n / squares) for n, squares in told]
-        pairs = zip(recordings, counts, strict=True)
-        return replace(self, tracks=tuple(replace(track, counts=c) for tracks, c in pairs for track in tracks))
-
     def eased(self, fitted: Fitted) -> list[Problem]:
         """The one or two tracks, each alone, that a fit leaves most of; of these what is easiest (`Track.eased`).
 

@@ -69,7 +69,7 @@ class Track(ABC):
         column: which of its outputs.
         heldout: (n,) samples that no fit looks at.
         floor: deviation of what sensor noise leaves of measured less simulated output, in the band compared.
-        counts: how much its residuals count in a fit, see `Problem.weighed`.
+        counts: how much its residuals count in a fit, see `mmt_drake.diagnosis.fit.floors.weighed`.
         beside: what curves of a model are over (`mmt_drake.over`), on this clock.
     """
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, fit_widening
-from mmt_drake.diagnosis.fit.floors import with_floors
+from mmt_drake.diagnosis.fit.floors import weighed, with_floors
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
@@ -85,7 +85,7 @@ def fit_base(
     if hypothesis.has_skew:
         nominal = problem.at(hypothesis, problem.skew_alone(hypothesis, start))
     if known is None:
-        problem = problem.weighed(nominal)
+        problem = weighed(problem, nominal)
     further = [known.x] if known is not None else [hypothesis.moved(start, number) for number in range(STARTS)]
     starts = [(hypothesis, x) for x in (nominal.x, *further)]
     begun = sorted(problem.fits(starts, executor, steps=BEGUN_STEPS, secant=True), key=lambda f: f.cost)[:TAKEN_ON]
