@@ -18,6 +18,7 @@ from mmt_drake.motion.hand import HandOrientation, orientation_of
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.over import in_recording
 from mmt_drake.recording import AXES, Recording
+from mmt_drake.recording.derive import motion_of
 from mmt_drake.windows import Windows
 
 TANGENTIAL = 1
@@ -195,7 +196,8 @@ def in_windows(model: PositionOut, recording: Recording, windows: Windows) -> tu
 def probe_motion(model: Structure, recording: Recording) -> tuple[Array, Array, Array]:
     """Times from 0 [s], positions and velocities (n, 3) of the tip, late by the model's delay.
 
-    One axis is the tangential one, y, pressed just below the surface.
+    One axis is the tangential one, y, pressed just below the surface. Where no velocity was recorded, position is what
+    the polynomial of the derived one says (`motion_of`), so that the two belong to each other.
 
     Raises:
         BadInput: a tip beside what was recorded (`Additions.tool`) of a hand whose orientation was not.
@@ -203,11 +205,19 @@ def probe_motion(model: Structure, recording: Recording) -> tuple[Array, Array, 
     time = recording.time - recording.time[0]
     if recording.kind == "single_axis":
         position, velocity = np.zeros((len(time), 3)), np.zeros((len(time), 3))
-        position[:, TANGENTIAL], velocity[:, TANGENTIAL] = recording["position"], recording["velocity"]
+        position[:, TANGENTIAL], velocity[:, TANGENTIAL] = _moved(recording, "position"), recording["velocity"]
         position[:, 2] = -1e-9
     else:
-        position, velocity = recording.vector("position"), recording.vector("velocity")
+        position = np.column_stack([_moved(recording, f"position_{axis}") for axis in AXES])
+        velocity = recording.vector("velocity")
     if any(model.additions.tool):
         hand = HandOrientation.of(time, orientation_of(recording))
         position, velocity = hand.tip(position, velocity, model.additions.tool)
     return time, *delayed_motion(time, position, velocity, model.additions.delay)
+
+
+def _moved(recording: Recording, position: str) -> Array:
+    """(n,) a column of positions, of a motion whose velocity was derived or recorded."""
+    if position.replace("position", "velocity") not in recording.derived:
+        return recording[position]
+    return motion_of(recording.time, recording[position])[0]

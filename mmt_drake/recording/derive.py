@@ -45,25 +45,41 @@ def rate_of(time: Array, values: Array) -> Array:
     Returns:
         The derivative, shaped like ``values``, per second.
     """
+    return motion_of(time, values)[1]
+
+
+def motion_of(time: Array, values: Array) -> tuple[Array, Array]:
+    """Values and their rate by the same polynomials: what a noisy column says of a motion, and the rate of that.
+
+    Values as they were recorded are not the integral of a derived rate: a path through both goes back and forth from
+    sample to sample, and laws that count way add that up.
+
+    Args:
+        time, values: as of `rate_of`.
+
+    Returns:
+        What the polynomial of `rate_of` is at each sample, and its slope there, each shaped like ``values``.
+    """
     clock = np.ascontiguousarray(time, dtype=np.float64)
     table = np.ascontiguousarray(values.reshape(len(values), -1), dtype=np.float64)
-    best, least = np.empty_like(table), np.zeros(table.shape[1])
+    values_there, best, least = table.copy(), np.empty_like(table), np.zeros(table.shape[1])
     _slopes_through(clock, table, best, least)
     half_width, narrowest = WIDEST, _FEWEST * float(np.median(np.diff(clock)))
-    rate = np.empty_like(table)
+    value, rate = np.empty_like(table), np.empty_like(table)
     while True:
         errors = np.zeros(table.shape[1])
-        _slopes(clock, table, half_width, rate, errors)
+        _parabolas(clock, table, half_width, value, rate, errors)
         for column in np.flatnonzero(errors < least):
-            best[:, column], least[column] = rate[:, column], errors[column]
+            values_there[:, column], best[:, column] = value[:, column], rate[:, column]
+            least[column] = errors[column]
         if half_width < narrowest:
-            return best.reshape(values.shape)
+            return values_there.reshape(values.shape), best.reshape(values.shape)
         half_width /= 2.0
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _slopes_through(time: Array, values: Array, rate: Array, errors: Array) -> None:
-    """Slope at each sample of the polynomial through it and its neighbours; adds up as `_slopes` does.
+    """Slope at each sample of the polynomial through it and its neighbours; adds up as `_parabolas` does.
 
     With the barycentric weights w_j of the n samples, the slope at sample i is the sum over its neighbours of
     (w_j / w_i) (y_j - y_i) / (t_i - t_j); without the divisor the sum is, but for its sign, what
@@ -93,8 +109,8 @@ def _slopes_through(time: Array, values: Array, rate: Array, errors: Array) -> N
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _slopes(time: Array, values: Array, half_width: float, rate: Array, errors: Array) -> None:
-    """Slope at each sample of the parabola around it; adds up the squared errors of prediction, by column.
+def _parabolas(time: Array, values: Array, half_width: float, value: Array, rate: Array, errors: Array) -> None:
+    """Value and slope at each sample of the parabola around it; adds up the squared errors of prediction, by column.
 
     Times are scaled by the window to keep the sums of their powers even. A sample's error
     of prediction by a fit without it is its residual over 1 - h, h its own weight in the fit.
@@ -134,9 +150,10 @@ def _slopes(time: Array, values: Array, half_width: float, rate: Array, errors: 
                 y2 += y * t * t
             slope = s0 * (y1 * s4 - s3 * y2) - y0 * m1 + s2 * (s1 * y2 - s2 * y1)
             rate[i, column] = slope / (determinant * scale)
+            off = (y0 * m0 - s1 * (y1 * s4 - s3 * y2) + s2 * (y1 * s3 - s2 * y2)) / determinant
+            value[i, column] = values[i, column] + off
             if s0 > 3.0:
-                value = (y0 * m0 - s1 * (y1 * s4 - s3 * y2) + s2 * (y1 * s3 - s2 * y2)) / determinant
-                errors[column] += (value / (1.0 - weight)) ** 2
+                errors[column] += (off / (1.0 - weight)) ** 2
 
 
 def touches(height: Array) -> Array:

@@ -188,23 +188,26 @@ def _with_noise(recording: Recording, smoothed: Smoothed) -> Recording:
     columns = dict(recording.columns)
     if recording.kind == "driven_body":
         for name, std in (("input", smoothed.raw_input_noise), ("output", smoothed.noise["output"].std)):
-            columns[name] = _noisier(columns[name], std, generator)
+            columns[name] = _noisier(recording, name, std, generator)
         columns["output"][0] = recording["output"][0]
         return replace(recording, columns=columns)
     for position in ("position", "position_x", "position_y", "position_z"):
         if position not in smoothed.noise:
             continue
-        columns[position] = _noisier(columns[position], smoothed.noise[position].std, generator)
+        columns[position] = _noisier(recording, position, smoothed.noise[position].std, generator)
         velocity = position.replace("position", "velocity")
         if velocity in smoothed.noise:
-            columns[velocity] = _noisier(columns[velocity], smoothed.noise[velocity].std, generator)
+            columns[velocity] = _noisier(recording, velocity, smoothed.noise[velocity].std, generator)
         else:
             columns[velocity] = rate_of(recording.time, columns[position])
     return replace(recording, columns=columns)
 
 
-def _noisier(values: Array, std: float, generator: np.random.Generator) -> Array:
-    return values + std * generator.standard_normal(len(values))
+def _noisier(recording: Recording, name: str, std: float, generator: np.random.Generator) -> Array:
+    """(n,) a column with more noise; none where an encoder stands on one count."""
+    values = recording[name]
+    moves = rate_of(recording.time, values) != 0.0
+    return values + std * generator.standard_normal(len(values)) * moves
 
 
 def in_contact(recording: Recording) -> Flags:
