@@ -5,12 +5,14 @@ import time as clock
 import numpy as np
 import pytest
 
+from mmt_drake.analysis.nrmse import rms
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 from mmt_drake.recording import Recording
+from mmt_drake.recording.check import completed
 from mmt_drake.replay import replayed
 from mmt_drake.simulation import replay, simulate
 
@@ -177,3 +179,21 @@ def test_a_recording_of_another_kind_is_refused_in_one_line():
         replayed(SPRING, contact())
     with pytest.raises(BadInput, match="found a driven_body recording"):
         replayed(SPRING, driven())
+
+
+def on_an_encoder(count):
+    """A slow stroke with dwells, as an encoder of such counts has it, and its true motion; no velocity recorded."""
+    t = 1e-3 * np.arange(12000)
+    s = np.clip(np.sin(1.5 * t) * 1.1, -1.0, 1.0)
+    columns = {"position": count * np.round(0.5 * s / count), "force": np.zeros_like(t)}
+    moves = 1.65 * np.cos(1.5 * t) * (np.abs(s) < 1.0)
+    true = {"position": 0.5 * s, "velocity": 0.5 * moves, "force": np.zeros_like(t)}
+    return completed(t, columns, "encoder"), Recording(t, true)
+
+
+def test_friction_that_counts_way_does_not_count_the_steps_of_an_encoder():
+    model = with_effects(KelvinVoigt(), {"dahl_friction": {"Fc": 0.04, "sigma": 4.0}})
+    seen, true = (replayed(model, recording)["force"] for recording in on_an_encoder(8e-4))
+    assert rms(seen - true) < 0.03 * rms(true)
+    seen, diagram = replayed(model, on_an_encoder(8e-4)[0])["force"], replay(model, on_an_encoder(8e-4)[0])["force"]
+    np.testing.assert_allclose(diagram, seen, atol=1e-12)

@@ -5,15 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnosis_samples import FORCE_NOISE, MODEL, contact_recording, driven_recording
+from scipy.ndimage import minimum_filter1d
 from trial_samples import changed
 
-from mmt_drake.diagnosis.fit.errors import HeldOutPart, intervals_of, within
+from mmt_drake.diagnosis.fit.errors import HeldOutPart, intervals_of, noise_through, within
 from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.errors import BadInput
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.recording import Recording
+from mmt_drake.recording.derive import rate_of
 from mmt_drake.replay import replayed
 
 BLOCKS = ((3.0, 5.0), (9.5, 13.0))
@@ -74,6 +76,19 @@ def test_a_right_model_leaves_the_noise_floor(velocity: bool) -> None:
     recording = contact_recording(velocity=velocity)
     floor = heldout(recording, "y").floor(MODEL)
     assert heldout(recording, "y").nrmse(MODEL) == pytest.approx(floor, rel=0.05)
+
+
+def test_an_encoder_that_stands_on_one_count_has_no_noise_there() -> None:
+    time = 1e-3 * np.arange(14_000)
+    position = 1e-3 * np.round(np.clip(20.0 * np.sin(0.8 * time), -10.0, 10.0))
+    columns = {"position": position, "velocity": rate_of(time, position), "force": -50.0 * position}
+    recording = Recording(time, columns, derived=frozenset({"velocity"}))
+    stands = columns["velocity"] == 0.0
+    through = noise_through(KelvinVoigt(k=50.0), recording, smooth(recording))["force"]
+    deep = minimum_filter1d(stands, 61)
+    assert deep.mean() > 0.3
+    np.testing.assert_array_equal(through[deep], 0.0)
+    assert np.mean(through[~stands] != 0.0) > 0.9
 
 
 def test_the_floor_of_a_noiseless_motion_is_that_of_the_sensor() -> None:

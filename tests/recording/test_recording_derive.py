@@ -7,7 +7,7 @@ import pytest
 
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.recording.derive import rate_of, touches
+from mmt_drake.recording.derive import motion_of, rate_of, touches
 from mmt_drake.simulation import simulate
 
 STEP = 1e-3
@@ -35,6 +35,19 @@ def test_white_noise_leaves_the_deviation_of_savitzky_and_golay() -> None:
     half = 10  # samples in 10 ms
     expected = 1e-5 * np.sqrt(3.0 / (half * (half + 1) * (2 * half + 1))) / STEP
     assert abs(np.std(rate) / expected - 1.0) < 0.02
+
+
+def test_positions_of_a_derived_rate_are_its_integral_and_the_samples_where_those_have_no_noise() -> None:
+    time = even_clock(4000)
+    clean = 0.03 * np.sin(5.0 * time)
+    np.testing.assert_array_equal(motion_of(time, clean)[0], clean)
+    noisy = clean + 1e-5 * np.random.default_rng(6).standard_normal(len(time))
+    position, rate = motion_of(time, noisy)
+    half = 10  # samples in 10 ms; the middle of a parabola weighs 3 (3 M^2 + 3 M - 1) / ((2 M - 1) (2 M + 1) (2 M + 3))
+    weight = 3.0 * (3.0 * half * (half + 1) - 1.0) / ((2 * half - 1) * (2 * half + 1) * (2 * half + 3))
+    assert abs(np.std(position - clean) / (1e-5 * np.sqrt(weight)) - 1.0) < 0.1
+    way = np.abs(np.diff(position) - STEP * (rate[1:] + rate[:-1]) / 2.0)
+    assert way.mean() < 0.2 * np.abs(np.diff(noisy) - STEP * (rate[1:] + rate[:-1]) / 2.0).mean()
 
 
 @pytest.mark.parametrize("clock", [even_clock, uneven_clock])
