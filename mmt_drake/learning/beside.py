@@ -115,11 +115,16 @@ def serve(handle: int) -> None:
     served(handle, _begin, "learner: a look")
 
 
-def _begin(first: tuple[list[Path], bool]) -> Callable[[bytes], bytes]:
-    files, idle = first
+def give_way(*, idle: bool) -> None:
+    """Have this process work when others leave time for it; idle: only then, on Linux."""
     os.nice(_GIVES_WAY)
     if idle and hasattr(os, "SCHED_IDLE"):
         os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+
+
+def _begin(first: tuple[list[Path], bool]) -> Callable[[bytes], bytes]:
+    files, idle = first
+    give_way(idle=idle)
     for file in files:
         register_file(file)
     return lambda asked: pickle.dumps(_answered(*pickle.loads(asked)))

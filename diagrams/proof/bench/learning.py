@@ -1,8 +1,10 @@
 """`setup1-learning`: what a learner costs, whether it repeats, and what nobody may feel of it."""
 
+import subprocess
+import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +20,14 @@ from mmt_drake.learning.beside import Looks, Question
 from mmt_drake.learning.law_learner import LawLearner
 from mmt_drake.model.message_layout import MESSAGE_NUMBER
 from mmt_drake.model_message import UNKNOWN_THETA, ToldEffect
+from mmt_drake.realtime import Pace
 from mmt_drake.recording import AXES, load
 
 _SCENARIO = "setup1-learning"
 _TURNS, _TURN_S, _RUN_S, _PRESSED_S = 4, 10.0, 50.0, 30.0
 _TWICE, _GIVEN_J = 2.0, 1e-5
 _FAR = ["to_telerobot.delay=2.0", "to_operator.delay=2.0", "to_telerobot.loss=0.1", "to_operator.loss=0.1"]
+_LOOP = "from mmt_drake.learning.beside import give_way; give_way(idle=True)\nwhile True: pass"
 _NONE = ["environment.object.effects=[]"]
 
 
@@ -73,14 +77,32 @@ def _learner(station: Station) -> LawLearner:
 
 
 def _pacing() -> Iterator[Measurement]:
-    """Lateness by the wall clock without the learner and with it, in turns; it looks from the third second on."""
-    loops = {"without": ["learner=null"], "with": ["learner.window=3.0"]}
-    rounds = [{name: paced(_SCENARIO, _TURN_S, changes) for name, changes in loops.items()} for _ in range(_TURNS)]
+    """Lateness by the wall clock without the learner and with it, in turns; it looks from the third second on.
+
+    Beside them a loop in the learner's place, of its priority, that computes nothing: what any work costs the clock.
+    """
+    none, looking = ["learner=null"], ["learner.window=3.0"]
+    loops: dict[str, Callable[[], Pace]] = {
+        "without its learner": lambda: paced(_SCENARIO, _TURN_S, none),
+        "beside an idle loop": lambda: _beside_a_loop(lambda: paced(_SCENARIO, _TURN_S, none)),
+        "with its learner": lambda: paced(_SCENARIO, _TURN_S, looking),
+    }
+    rounds = [{name: loop() for name, loop in loops.items()} for _ in range(_TURNS)]
     p99 = {name: float(np.quantile(np.concatenate([r[name].late_s for r in rounds]), 0.99)) for name in loops}
     for name, value in p99.items():
-        yield Measurement(f"{_SCENARIO} {name} its learner: lateness of a tick, 99th percentile", 1e6 * value, "us")
-    ratio = p99["with"] / p99["without"]
-    yield Measurement("99th percentile with a learner over that without", ratio, "x", _TWICE)
+        yield Measurement(f"{_SCENARIO} {name}: lateness of a tick, 99th percentile", 1e6 * value, "us")
+    without, idle, learning = p99.values()
+    yield Measurement("99th percentile with a learner over that without", learning / without, "x", _TWICE)
+    yield Measurement("99th percentile with a learner over that beside an idle loop", learning / idle, "x")
+
+
+def _beside_a_loop(run: Callable[[], Pace]) -> Pace:
+    """A paced run beside a process that does nothing without end."""
+    with subprocess.Popen([sys.executable, "-c", _LOOP]) as loop:
+        try:
+            return run()
+        finally:
+            loop.kill()
 
 
 def _runs() -> Iterator[Measurement]:
