@@ -151,6 +151,7 @@ class ImpedanceRenderer(KernelSystem):
         given = memory, t, motion, hand, theta, stable[0], contact[0], rule, self._placed, held
         laws = self._laws if model is None or bare else felt_by_bytes(model.tobytes())
         fixed = (NO_PLANE, 1.0, math.inf) if told is None else (told, *self._fixed)
+        fixed[0].setflags(write=False)  # as memory is
         try:
             render_on(*given, *fixed, laws, out)
         except RuntimeError:  # of kernels that cannot follow
