@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy import signal
 
-from mmt_drake.diagnosis.signals.noise import noise_of
+from mmt_drake.diagnosis.signals.noise import noise_of, spectrum
 
 STD = 0.02
 
@@ -26,3 +27,14 @@ def test_coloured_noise_without_jumps_keeps_its_colour() -> None:
     wandering = np.cumsum(white) * 0.01 + white
     found = noise_of(wandering, 1000.0)
     assert len(found.frequency) > 0 and found.above(20.0).std == pytest.approx(1.0, rel=0.1)
+
+
+@pytest.mark.parametrize("count", [31, 500, 4001])
+@pytest.mark.parametrize("segment", [32, 33, 1024])
+def test_the_spectrum_is_that_of_welch_by_scipy(count: int, segment: int) -> None:
+    values = np.cumsum(np.random.default_rng(2).standard_normal(count))
+    length = min(segment, count)
+    found = spectrum(values, 250.0, segment)
+    expected = signal.welch(values, 250.0, "nuttall", length, detrend="linear", average="median")
+    for mine, theirs in zip(found, expected, strict=True):
+        np.testing.assert_allclose(mine, theirs, rtol=1e-9, atol=1e-12 * theirs.max())
