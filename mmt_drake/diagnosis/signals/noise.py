@@ -53,6 +53,7 @@ def spectrum(values: Array, rate_hz: float, segment: int = _SEGMENT) -> tuple[Ar
     # As `scipy.signal.welch`, which takes half a second for the brief segments of a recording, one at a time.
     parts = sliding_window_view(values, length)[:: length - length // 2]
     window = signal.get_window("nuttall", length)
+    parts = parts - parts[:, :1]  # to the last bit without noise where an encoder stands on one count
     power = np.abs(fft.rfft(window * signal.detrend(parts), axis=-1)) ** 2
     power[:, 1 : (length + 1) // 2] *= 2.0  # one-sided: all but what stands at 0 and at half the rate
     density = np.median(power, axis=0) / (_median_over_mean(len(parts)) * rate_hz * float(window @ window))
