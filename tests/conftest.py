@@ -58,7 +58,8 @@ STUDIES = (
     "arms/test_arm_effects_recovered",
     *("cli/test_bench.py", "cli/test_diagnose_cluster", "cli/test_diagnose_delivers", "cli/test_experiment"),
     *("cli/test_next_motion", "diagnosis/test_on_surface", "diagnosis/test_station_diagnosis"),
-    "diagnosis/test_transmission_diagnosis",
+    *("diagnosis/test_transmission_diagnosis", "diagnosis/test_stiffness_map", "diagnosis/test_tool_offset"),
+    *("diagnosis/test_frame_misalignment", "estimation/test_retold"),
     *("diagrams/proof/", "hw/omega/test_lifted_by_hand"),
     "test_documented_commands",
 )
