@@ -62,18 +62,18 @@ def motion_of(time: Array, values: Array) -> tuple[Array, Array]:
     """
     clock = np.ascontiguousarray(time, dtype=np.float64)
     table = np.ascontiguousarray(values.reshape(len(values), -1), dtype=np.float64)
-    values_there, best, least = table.copy(), np.empty_like(table), np.zeros(table.shape[1])
-    _slopes_through(clock, table, best, least)
+    best_value, best_rate, least = table.copy(), np.empty_like(table), np.zeros(table.shape[1])
+    _slopes_through(clock, table, best_rate, least)
     half_width, narrowest = WIDEST, _FEWEST * float(np.median(np.diff(clock)))
     value, rate = np.empty_like(table), np.empty_like(table)
     while True:
         errors = np.zeros(table.shape[1])
         _parabolas(clock, table, half_width, value, rate, errors)
         for column in np.flatnonzero(errors < least):
-            values_there[:, column], best[:, column] = value[:, column], rate[:, column]
+            best_value[:, column], best_rate[:, column] = value[:, column], rate[:, column]
             least[column] = errors[column]
         if half_width < narrowest:
-            return values_there.reshape(values.shape), best.reshape(values.shape)
+            return best_value.reshape(values.shape), best_rate.reshape(values.shape)
         half_width /= 2.0
 
 
