@@ -109,5 +109,9 @@ class DiagnosisSession(ABC):
     ) -> Verdict:
         """The verdict on a fit whose effects are to be named, of this budget."""
         ruler = self.ruler(standard.problem)
-        of_refit = 1.0 - ruler.of(best.model) / ruler.of(refit.model)
+        after, before = ruler.of(best.model), ruler.of(refit.model)
+        of_refit = 0.0
+        if after < before:
+            noise = min(ruler.noise(best.model), after)
+            of_refit = 1.0 - (after - noise) / (before - noise)
         return gate.with_physics(standard.left(best), shares, of_refit)

@@ -1,6 +1,8 @@
 """What a fit leaves, and what that allows to be said."""
 
+import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from mmt_drake.diagnosis.decide.gate import (
 from mmt_drake.diagnosis.fit.comparison import at_bounds, fit_widening
 from mmt_drake.diagnosis.fit.hypothesis import WIDEST, Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted
+from mmt_drake.diagnosis.session import DiagnosisSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.least_squares import Minimum
 
@@ -113,6 +116,25 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
     parts = {"parameters": 0.05, "coulomb_friction": named, "nameless": nameless}
     shares = [BudgetPart(part, share) for part, share in parts.items()]
     assert with_physics(left, shares, of_refit) == verdict
+
+
+@pytest.mark.parametrize(
+    ("refit", "best", "noise", "verdict"),
+    [
+        (0.0137, 0.0014, 0.0015, "missing_physics"),  # all but noise, which is a ninth of what the refit leaves
+        (0.0137, 0.0014, 1e-5, "partly_explained"),
+        (0.0137, 0.0137, 1e-5, "unexplained"),
+        (math.inf, 0.0014, 1e-5, "missing_physics"),  # what diverges without the effect
+        (math.inf, math.inf, 1e-5, "unexplained"),
+    ],
+)
+def test_noise_is_nothing_that_an_effect_should_have_taken_off(refit, best, noise, verdict):
+    ruler = SimpleNamespace(of={"refit": refit, "best": best}.get, noise=lambda model: noise)
+    session = SimpleNamespace(ruler=lambda problem: ruler)
+    reference = SimpleNamespace(problem=None, left=lambda fitted: 0.4)
+    shares = [BudgetPart("coulomb_friction", 0.1), BudgetPart("nameless", 0.0), BudgetPart("noise", 0.9)]
+    fits = (SimpleNamespace(model=name) for name in ("best", "refit"))
+    assert DiagnosisSession.verdict_on(session, *fits, reference, shares) == verdict
 
 
 @pytest.mark.parametrize(

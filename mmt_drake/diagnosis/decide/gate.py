@@ -24,8 +24,8 @@ GAIN = 0.35
 NAMELESS = 0.02
 """Effects explain everything if nobody has named at most this share of the nominal model's mean squared error ..."""
 WHOLE, REMAINS = 0.9, 5.0
-"""... and they take this part off what a refit leaves: beside a first model that was far off all is next to nothing.
-So are wrong numbers the whole answer only where they leave no more than so many times the noise."""
+"""... and they take this part off what a refit leaves beyond the noise: beside a first model that was far off all is
+next to nothing. So are wrong numbers the whole answer only where they leave no more than so many times the noise."""
 NAMED, OF_REFIT = 0.2, 0.5
 """Effects explain a part of it if they have this share, or take this part off what a refit leaves ..."""
 LEAST = 0.3
@@ -127,7 +127,7 @@ def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> 
     Args:
         left: what the delivered model leaves, see `NoiseReference.left`.
         shares: its budget.
-        of_refit: what part the effects take off what a refit leaves, on held-out data.
+        of_refit: what part the effects take off what a refit leaves beyond the noise, on held-out data.
     """
     nameless = _of_nameless(shares)
     named = math.fsum(part.share for part in shares if part.part not in NO_EFFECTS)
