@@ -20,6 +20,8 @@ from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, Senso
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 
+FREE_S: Final = 0.3
+"""Of free space before a contact that is looked at with it [s]."""
 ROW: Final = 10
 """Numbers of a sample: position [m], velocity [m/s], force [N] and contact (0 or 1)."""
 
@@ -98,8 +100,9 @@ def look(rows: Array, sample: float, theta: Array, begun: float, executor: Execu
     Raises:
         MmtError: the contact is none that could be diagnosed.
     """
-    # A moment of free motion at the edge would pass for clocks that differ.
+    # A moment of free motion at the edge would pass for clocks that differ; of a longer one the sensor's offset is seen.
     first = int(np.argmax(rows[:, -1] > 0.5))
+    first = 0 if first * sample >= FREE_S else first
     rows = rows[first:]
     time: Array = np.arange(len(rows), dtype=np.float64) * sample
     recording = Recording(time, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")

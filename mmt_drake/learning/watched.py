@@ -7,7 +7,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
+from mmt_drake.learning.answer import FREE_S, ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
 from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
@@ -95,14 +95,29 @@ class Watched:
         return other if self.message is None else other._telling(UNKNOWN_THETA, self.laws, self.message.sensor)
 
     def window(self, sample: float, options: Learning) -> tuple[Piece, ...]:
-        """The latest pieces that hold as much contact as is to be looked at; none: there is not so much."""
+        """The latest pieces that hold as much contact as is to be looked at, and the free space right before them.
+
+        None: there is not so much.
+        """
         wanted = round(self.windows * options.window / sample)
         touching = 0
         for start in range(len(self.pieces) - 1, -1, -1):
             touching += self.pieces[start].touching
             if touching >= wanted:
-                return self.pieces[start:]
+                return self.pieces[self._free_before(start, round(FREE_S / sample)) :]
         return ()
+
+    def _free_before(self, start: int, wanted: int) -> int:
+        """The piece from which on there are so many samples of free space right before a piece; itself if there are not."""
+        free = 0
+        for first in range(start - 1, -1, -1):
+            piece = self.pieces[first]
+            free += len(piece.rows) - piece.touching
+            if free >= wanted:
+                return first
+            if free == 0:
+                break
+        return start
 
     def asking(self, question: Question) -> Self:
         """While a question is looked into."""

@@ -28,6 +28,7 @@ class FrankaRig:
 
     Attributes:
         home: where the arm was when it last took control (3) [m].
+        paused: the longest time between two set-points since [s]; more than some milliseconds are this machine's.
 
     Args:
         franka: the emulated arm.
@@ -37,7 +38,7 @@ class FrankaRig:
     def __init__(self, franka: EmulatedFranka, **changed: Any) -> None:
         self.franka, self.settings = franka, replace(SETTINGS, address=franka.address, **changed)
         self.driver = FrankaDriver(self.settings)
-        self.home = self.position
+        self.home, self.paused = self.position, 0.0
 
     @property
     def position(self) -> Array:
@@ -66,8 +67,9 @@ class FrankaRig:
         self, done: Callable[[], bool], within: float = 5.0, commanded: Callable[[float], Array | None] | None = None
     ) -> bool:
         """Stream set-points until something is so; whether it came to be."""
-        began, commanded = time.monotonic(), commanded or self.stay
+        began, commanded, before = time.monotonic(), commanded or self.stay, 0.0
         while (elapsed := time.monotonic() - began) < within:
+            self.paused, before = max(self.paused, elapsed - before), elapsed
             setpoint = commanded(elapsed)
             if setpoint is not None:
                 self.driver.send(setpoint)
@@ -87,10 +89,15 @@ class FrankaRig:
         self.until(lambda: False, seconds, commanded)
 
     def follow(self) -> bool:
-        """Ask for control and wait for the arm to follow."""
-        self.home = self.position
-        self.driver.request_control()
-        return self.until(lambda: self.following)
+        """Ask for control and wait for the arm to follow; a second time if this machine paused meanwhile."""
+        for _ in range(2):
+            self.home, self.paused = self.position, 0.0
+            self.driver.request_control()
+            if self.until(lambda: self.following):
+                return True
+            if self.paused < 0.5 * self.settings.gap:
+                break
+        return False
 
     def seen(self, fault: ArmFault, commanded: Callable[[float], Array | None] | None = None) -> bool:
         """Stream set-points until the driver has a fault."""

@@ -18,6 +18,7 @@ _EARLY_TOUCH_S = 3e-3  # a force that comes so long before the touch that causes
 _EARLY_S = 0.02  # ... and without a touch to tell by
 _RESOLUTION_S = 1.5e-3  # how far off zero recordings without any offset were seen: a touch rounds off the height
 _SIGMAS = 3.0
+_BETTER = 1.2  # times as much left with no offset as with it: one that explains no more is a damper's, taken for another
 _EXPLAINED = 0.9  # of the normal force, for the offset to be told
 _WELL = 0.98  # of the variance: what a law explains so well as recorded is where it belongs
 _MOSTLY, _SHARPER = 0.8, 7.0  # without a touch: explained at the offset, and how much more is left with none
@@ -98,6 +99,9 @@ def offset_findings(fit: LagFit | None, step: float) -> list[Finding]:
         return []
     figures = {"offset_s": fit.offset, "standard_error_s": fit.standard_error}
     said = f"{1e3 * abs(fit.offset):.2f} +- {1e3 * fit.standard_error:.2f} ms"
+    if 1.0 - fit.explained_unshifted < _BETTER * (1.0 - fit.explained):
+        text = f"Force and position share a clock: touches are explained without an offset as well as with {said}."
+        return [Finding("offset", "note", text, figures)]
     unsure = _SIGMAS * fit.standard_error
     if fit.offset + unsure < -max(_EARLY_TOUCH_S, 2.0 * step) or fit.offset > _LATEST_S:
         way = "before" if fit.offset < 0.0 else "after"

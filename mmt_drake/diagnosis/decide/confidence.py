@@ -6,11 +6,13 @@ every explanation that is not ruled out has it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, Protocol, Self, get_args
 
 from mmt_drake.diagnosis.fit.comparison import at_bounds
+from mmt_drake.diagnosis.fit.free_space import off_in_free_space
 from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent, chance, vanishing
@@ -34,6 +36,10 @@ that is not in the library, of which the one found draws the most."""
 
 MOST_BESIDE_A_FAMILY = 0.5
 """A family is sure only if it is no more than this part of it: what is left may be the better half of another one."""
+
+SURELY, MUCH_FARTHER = 5.0, 3.0
+"""In free space a fit is ruled out that misses the mean of the force by so many standard errors, and so many times as
+far as another one."""
 
 SLIGHT = 0.03
 """An effect that takes less than this part of what another one of its block takes is no surer than the block."""
@@ -116,6 +122,8 @@ class ConfidenceSet:
         for i, cost in enumerate(costs):
             if chances[i] >= RULED_OUT and cost > ALIKE * costs[best]:
                 chances[i] = _with_unseen(problem, fits[i], fits[best], chances[i])
+        for i in contradicted(problem, fits, chances):
+            chances[i], costs[i] = 0.0, math.inf
         found, alike = cls.sifted(fits, costs, chances, unsaid, problem.samples())
         others = found.standing.difference(f.hypothesis.key for f in found.members)
         rivals = tuple(
@@ -190,6 +198,28 @@ class ConfidenceSet:
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""
         return fitted.hypothesis.key in self.drawing and any(effect.name in e.holds for e in fitted.hypothesis.effects)
+
+
+def contradicted(problem: Problem, fits: Sequence[Fitted], chances: Sequence[float]) -> list[int]:
+    """Which fits are ruled out by what the force sensor reads in free space, where another stands with no more effects.
+
+    There nothing but the sensor acts, so that its offset is measured, however alike the two are in contact. A block of
+    it is one block's word among all, so it is asked by itself. A fit with more effects does not rule out one with less:
+    every sensor is a little off.
+
+    Args:
+        problem: what was fitted.
+        fits: of different sets of effects.
+        chances: that chance alone puts the best before each.
+    """
+    standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT]
+    off = {i: off_in_free_space(problem, fits[i]) for i in standing}
+
+    def rules_out(j: int, i: int) -> bool:
+        no_more = len(fits[j].hypothesis.effects) <= len(fits[i].hypothesis.effects)
+        return no_more and off[i] > MUCH_FARTHER * max(off[j], SURELY)
+
+    return [i for i in standing if any(rules_out(j, i) for j in standing if fits[j].hypothesis.effects)]
 
 
 def _with_unseen(problem: Problem, fitted: Fitted, best: Fitted, seen: float) -> float:

@@ -17,7 +17,7 @@ from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.franka.arm import FrankaArm
 from mmt_drake.hw.franka.driver import FrankaDriver
 from mmt_drake.hw.franka.emulator import EmulatedFranka
-from mmt_drake.hw.franka.faults import ArmFault
+from mmt_drake.hw.franka.faults import ArmFault, describe_fault
 
 #: Milliseconds of the robot from a fault to rest: the stop, and what a busy machine needs to see the fault.
 REST = round(1e3 * SETTINGS.stop_within) + 150
@@ -104,7 +104,7 @@ def test_a_recovery_that_the_robot_refuses_is_told_and_may_be_tried_again(
     rig.go(0.3)
     assert rig.fault == expected and not rig.following
     rig.franka.set(user_stopped=False, unrecoverable=False)
-    assert rig.follow()
+    assert rig.follow(), describe_fault(rig.fault)
 
 
 def test_a_silent_robot_is_told_within_the_gap_and_connected_anew_when_a_person_asks(
