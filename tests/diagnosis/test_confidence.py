@@ -17,6 +17,7 @@ from mmt_drake.diagnosis.decide.confidence import (
     beside_the_nameless,
     beside_the_untried,
     contenders,
+    contradicted,
 )
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
@@ -181,6 +182,7 @@ def test_what_is_next_to_nothing_is_a_five_hundredth_of_what_is_explained(proble
     monkeypatch.setattr(confidence, "by_chance", lambda numbers, worse, better, noise: 0.5)
     monkeypatch.setattr(confidence, "chance", lambda problem, before, after, tries: 1.0)
     monkeypatch.setattr(confidence, "turns", lambda problem, fitted: True)
+    monkeypatch.setattr(confidence, "off_in_free_space", lambda problem, fitted: 0.0)
     monkeypatch.setattr(confidence, "at_bounds", lambda fitted: frozenset())
     some = telling("", "nonlinear_stiffness", "hardening_relaxation").members
     drawing = ConfidenceSet.of(problem, some, {}).drawing
@@ -197,9 +199,28 @@ def test_what_few_fitted_blocks_speak_against_is_ruled_out_where_held_out_ones_d
     monkeypatch.setattr(confidence, "by_chance", lambda numbers, worse, better, noise: seen[worse is better])
     monkeypatch.setattr(confidence, "chance", lambda problem, before, after, tries: unseen)
     monkeypatch.setattr(confidence, "turns", lambda problem, fitted: True)
+    monkeypatch.setattr(confidence, "off_in_free_space", lambda problem, fitted: 0.0)
     monkeypatch.setattr(confidence, "at_bounds", lambda fitted: frozenset())
     believed = ConfidenceSet.of(problem, telling("", "nonlinear_stiffness").members, {})
     assert (frozenset() in believed.standing) == stands
+
+
+@pytest.mark.parametrize(
+    ("off", "out"),
+    [
+        ({"constant_force": 100.0, "force_bias": 1.0}, {"constant_force"}),
+        ({"constant_force": 14.0, "force_bias": 1.0}, set()),
+        ({"constant_force": 100.0, "force_bias": 40.0}, set()),
+        ({"constant_force": 100.0, "force_bias constant_force": 1.0}, set()),
+        ({"": 100.0, "force_bias": 1.0}, set()),
+    ],
+)
+def test_free_space_rules_out_what_misses_its_force_where_no_more_effects_hit_it(
+    problem, monkeypatch, off, out
+) -> None:
+    monkeypatch.setattr(confidence, "off_in_free_space", lambda _, fitted: off[" ".join(fitted.hypothesis.names)])
+    fits = [named(*names.split()) for names in off]
+    assert {" ".join(fits[i].hypothesis.names) for i in contradicted(problem, fits, [1.0] * len(fits))} == out
 
 
 def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fits, monkeypatch) -> None:

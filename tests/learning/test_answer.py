@@ -20,12 +20,17 @@ from mmt_drake.recording import Recording
 THETA = np.array([0.03, 0.0, 520.0, 66.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0])
 
 
-def asked(monkeypatch: pytest.MonkeyPatch, found: LookResult, fails: int) -> tuple[LookResult, list[FlexibleBoxModel]]:
-    """What a look of 3 s, whose first is free, makes of an answer that comes after so many failures; and its models."""
+def asked(
+    monkeypatch: pytest.MonkeyPatch, found: LookResult, fails: int = 0, free: int = 100, seen: int = 1000
+) -> tuple[LookResult, list[FlexibleBoxModel]]:
+    """What a look at 2 s of contact, after so many free samples, makes of an answer after so many failures.
+
+    And its models; the diagnosis sees so many samples.
+    """
     models: list[FlexibleBoxModel] = []
 
     def diagnose(recordings: list[Recording], model: FlexibleBoxModel, executor: object) -> LookResult:
-        assert len(recordings[0]) == 1000 and recordings[0].time[0] == 0.0
+        assert len(recordings[0]) == seen and recordings[0].time[0] == 0.0
         models.append(model)
         if len(models) <= fails:
             raise MmtError("the simulation diverges at the start of a fit")
@@ -33,8 +38,8 @@ def asked(monkeypatch: pytest.MonkeyPatch, found: LookResult, fails: int) -> tup
 
     monkeypatch.setattr(answer, "diagnose", diagnose)
     monkeypatch.setattr(answer, "answer_of", lambda outcome: outcome)
-    rows = np.zeros((1500, ROW))
-    rows[500:, -1] = 1.0
+    rows = np.zeros((free + 1000, ROW))
+    rows[free:, -1] = 1.0
     return look(rows, 0.002, THETA, 10.0, None), models
 
 
@@ -48,10 +53,14 @@ def test_a_look_begins_with_the_estimator_s_numbers_and_where_these_are_no_objec
         asked(monkeypatch, LookResult("parameters"), fails=2)
 
 
-def test_a_drift_that_a_look_finds_is_told_by_the_clock_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("free", "first"), [(100, 10.2), (149, 10.298), (150, 10.0), (500, 10.0)])
+def test_a_drift_that_a_look_finds_is_told_by_the_clock_of_the_run(
+    monkeypatch: pytest.MonkeyPatch, free: int, first: float
+) -> None:
+    """Of free space before the touch, 0.3 s and more is looked at."""
     drifts = LookResult("missing_physics", sensor=SensorError(bias=0.5, rate=0.1))
-    found, _ = asked(monkeypatch, drifts, fails=0)
-    assert found.sensor.bias + 0.1 * 11.0 == pytest.approx(0.5), "the first sample of contact was taken at 11 s"
+    found, _ = asked(monkeypatch, drifts, free=free, seen=1000 + (free if first == 10.0 else 0))
+    assert found.sensor.bias + 0.1 * first == pytest.approx(0.5), "at the first sample"
     assert found.sensor.rate == 0.1
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
+from mmt_drake.learning.answer import FREE_S, ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
@@ -16,6 +16,7 @@ OPTIONS = Learning(window=3.0)
 BIAS = SensorError(bias=0.4)
 SAMPLE = 0.01
 WINDOW = round(OPTIONS.window / SAMPLE)
+FREE = round(FREE_S / SAMPLE)
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
 NUMBERS = (1.0, 0.0, 500.0, 60.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0)
 NAMED = LookResult("missing_physics", (CUBIC,), NUMBERS)
@@ -42,6 +43,13 @@ def test_a_window_holds_the_contact_that_is_asked_for_and_the_free_motion_within
     assert window == seen.pieces[1:]
     assert left_of(window) == 1.0, "the median of the contact's later half"
     assert replace(seen, windows=2).window(SAMPLE, OPTIONS) == ()
+
+
+def test_a_window_begins_with_the_free_space_right_before_its_contact() -> None:
+    begun = Watched().seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS)
+    for free, first in ((FREE - 1, 2), (FREE, 1)):
+        seen = begun.seeing(piece(free, 1.0, contact=0.0), SAMPLE, OPTIONS).seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS)
+        assert seen.window(SAMPLE, OPTIONS) == seen.pieces[first:], f"{free} free samples, of {FREE} that are wanted"
 
 
 def test_what_is_kept_is_bounded() -> None:
