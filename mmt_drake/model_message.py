@@ -4,9 +4,9 @@ It stands in the place of theta. On the wire it is a vector of one size (`ModelM
 address or an index: structure and effects go by a sum over their names, so that two machines need only have the laws
 that are told, and one that has not says so.
 
-A law in it may be felt: it is one of the contact, the body or friction along the surface whose values give no energy
-that was not put in (`Effect.passive`). What the force sensor adds to what is (`SensorError`) corrects an estimator's
-data and is never felt; what adds to a number of theta is told by that number.
+A law in it may be felt: it is one of the contact, the body or friction whose values give no energy that was not put in
+(`Effect.passive`). What the force sensor adds to what is (`SensorError`) corrects an estimator's data and is never
+felt; what adds to a number of theta is told by that number.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class ModelMessage:
     Raises:
         BadInput: theta is not 10 numbers; numbers that cannot be, be it of the sensor; an effect that is unknown,
             stands twice or beside one that excludes it, or has values that it does not allow. `NotFelt`: an effect that
-            is no law of the contact, the body or friction along the surface, or whose values are not passive.
+            is no law of the contact, the body or friction, or whose values are not passive.
     """
 
     theta: tuple[float, ...]
@@ -128,11 +128,16 @@ class ModelMessage:
                 raise BadInput(_SOURCE, at=name, found=number, expected=f"a whole number from {least} on")
         if len(self.effects) > MOST_EFFECTS:
             raise NotFelt(_SOURCE, at="effects", found=len(self.effects), expected=f"{MOST_EFFECTS} at most")
-        _ = self.laws
+        _ = self.acting
 
     @property
     def laws(self) -> tuple[ActiveLaw, ...]:
         """The laws of its effects, in their order, as they act in `box_of` its theta."""
+        return tuple(law for _, law in self.acting)
+
+    @property
+    def acting(self) -> tuple[tuple[Effect, ActiveLaw], ...]:
+        """Its effects, each with its law as it acts in `box_of` its theta."""
         box = box_of(self.theta)
         for told in self.effects:
             if told.name in LIBRARY:
@@ -148,7 +153,9 @@ class ModelMessage:
                 expected = "values that give no energy that was not put in"
                 expected += f": {passive.where}" if passive is not None else ", of which nobody knows any"
                 raise NotFelt(_SOURCE, at=name, found=found, expected=expected)
-        return model.additions.laws
+        laws = {"": iter(model.additions.laws), "z": iter(model.along_normal.laws)}
+        effects = tuple(LIBRARY[told.name] for told in self.effects)
+        return tuple((effect, next(laws[effect.axis])) for effect in effects)
 
     def _check_defaults(self, effect: Effect, given: Mapping[str, float]) -> None:
         """Refuse numbers that are left to a theta that is not known."""
@@ -228,15 +235,20 @@ def box_of(theta: Sequence[float]) -> FlexibleBoxModel:
 
 
 def _check_place(effect: Effect) -> None:
-    """Refuse an effect that is no law along the surface."""
+    """Refuse an effect that is no law beside the numbers of theta."""
     found = f"an effect of the block {effect.block}"
     if effect.block in ("force_sensor", "channel", "geometry", "drive"):
         raise NotFelt(
             _SOURCE, at=effect.name, found=found, expected="one of friction, contact or body: it is never felt"
         )
-    if effect.law is None or effect.axis or effect.law.slot not in _SLOTS:
-        found = "an effect along the surface normal" if effect.axis else "what is no law with numbers of its own"
-        expected = "a law along the surface; what adds to a number of theta is told by that"
+    if effect.law is None or effect.law.slot not in _SLOTS:
+        found, expected = (
+            "what is no law with numbers of its own",
+            "a law; what adds to a number of theta is told by that",
+        )
+        raise NotFelt(_SOURCE, at=effect.name, found=found, expected=expected)
+    if effect.axis and effect.replaces is not None:
+        found, expected = f"an effect that does without {effect.replaces}", "a law beside the spring along the normal"
         raise NotFelt(_SOURCE, at=effect.name, found=found, expected=expected)
 
 

@@ -1,7 +1,9 @@
 """Laws beside the numbers of a model, as a message tells them and as kernels that know the numbers alone take them.
 
 A kernel vector of `VECTOR_SIZE` has room for `MOST_EFFECTS` laws behind its numbers. Renderer and estimator put there
-what is known, anew with each set of numbers.
+what is known, anew with each set of numbers. All laws stand in one table, those along the surface first. The normal
+axis (`mmt_drake.model.normal_axis`) is the vector's end, without entries: its head tells where in the table its own
+begin.
 """
 
 import math
@@ -10,11 +12,28 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from mmt_drake.effects import LIBRARY
-from mmt_drake.model.law_table import ENTRY, HEAD, VALUES, table
-from mmt_drake.model.laws import LAW_PARAMETERS
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
+from mmt_drake.model.law_table import ENTRY, HEAD, MEMORY, VALUES, table
+from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw
 from mmt_drake.model.message_layout import MOST_EFFECTS
-from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, KERNEL_SIZE, LAW_TABLE, LAWS, VD, M, accurate_step
+from mmt_drake.model.parameters import (
+    B1,
+    B2,
+    FD,
+    FS,
+    K1,
+    K2,
+    KERNEL_SIZE,
+    LAW_TABLE,
+    LAWS,
+    NORMAL_AXIS,
+    NORMAL_B,
+    NORMAL_K,
+    VD,
+    M,
+    accurate_step,
+)
+from mmt_drake.model.turned import TURN_SIZE, rotation
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
@@ -25,7 +44,9 @@ _TABLE_SIZE = HEAD + MOST_EFFECTS * ENTRY
 # and damping [N s/m].
 STIFFNESS = KERNEL_SIZE + _TABLE_SIZE
 DAMPING = STIFFNESS + 1
-VECTOR_SIZE = DAMPING + 1
+_NORMAL = DAMPING + 1
+_NORMAL_SIZE = TURN_SIZE + KERNEL_SIZE + HEAD
+VECTOR_SIZE = _NORMAL + _NORMAL_SIZE
 
 # What a message tells of laws, as the kernels take it: addresses of this process in the place of names.
 _MOST_REPLACED = 3
@@ -33,8 +54,10 @@ _next = Layout()
 NUMBER = _next()  # of the message; 0: there is none
 REFUSED = _next()  # 0, or the status that says why it is passed over
 COUNT = _next()  # of laws
+ALONG_NORMAL = _next()  # of these, along the surface normal
 _TABLE = _next(_TABLE_SIZE)
 _BOUNDS = _next(2)  # stiffness and damping
+_NORMAL_PART = _next(_NORMAL_SIZE)
 _USES = _next(MOST_EFFECTS * LAW_PARAMETERS)  # where in a kernel vector a number of a law stands; -1: it is its own
 _REPLACED = _next(MOST_EFFECTS * _MOST_REPLACED)  # numbers of a kernel vector whose place a law takes; -1: none
 TOLD_SIZE = _next.size
@@ -42,7 +65,7 @@ TOLD_SIZE = _next.size
 NO_LAWS = np.zeros(TOLD_SIZE)
 """Nothing is told; writable as the arrays of ports are, and never written to."""
 
-_STANDS = {"m": M, "k": K1, "k2": K2, "b": B1, "b2": B2, "Fc": FD}
+_STANDS = {"m": M, "k": K1, "k2": K2, "b": B1, "b2": B2, "Fc": FD, "normal_k": NORMAL_K, "normal_b": NORMAL_B}
 """Common symbol -> where its number stands in a kernel vector; others do not change with theta."""
 _TAKEN = {"Fc": (FS, FD, VD), "b": (B1,)}
 """Common symbol -> the numbers that go where a law replaces it."""
@@ -50,24 +73,63 @@ _TAKEN = {"Fc": (FS, FD, VD), "b": (B1,)}
 
 def told_by(message: ModelMessage) -> Array:
     """(TOLD_SIZE,) what a message tells of laws."""
-    told, laws = np.zeros(TOLD_SIZE), message.laws
-    told[NUMBER], told[COUNT] = message.number, len(laws)
-    if not laws:
+    told, effects = np.zeros(TOLD_SIZE), message.acting
+    if not effects:
+        told[NUMBER] = message.number
         return told
-    entries = table(laws, LAW_TABLE)
+    along = [law for effect, law in effects if not effect.axis]
+    normal = [law for effect, law in effects if effect.axis]
+    told[NUMBER], told[COUNT], told[ALONG_NORMAL] = message.number, len(effects), len(normal)
+    entries = table(tuple(along), LAW_TABLE)
     told[_TABLE : _TABLE + len(entries)] = entries
-    told[_BOUNDS] = math.fsum(law.stiffness for law in laws)
-    told[_BOUNDS + 1] = math.fsum(law.damping for law in laws)
+    if normal:
+        of_normal = _normal_part(normal, along)
+        told[_NORMAL_PART : _NORMAL_PART + _NORMAL_SIZE] = of_normal[:_NORMAL_SIZE]
+        first = _TABLE + len(entries)
+        told[first : first + ENTRY * len(normal)] = of_normal[_NORMAL_SIZE:]
+    told[_BOUNDS] = math.fsum(law.stiffness for law in along)
+    told[_BOUNDS + 1] = math.fsum(law.damping for law in along)
     told[_USES:] = -1.0
-    order = sorted(range(len(laws)), key=lambda i: (laws[i].law.slot, laws[i].law.order))  # as in the table
-    for place, i in enumerate(order):
-        effect = LIBRARY[message.effects[i].name]
+    order = sorted(
+        effects, key=lambda both: (bool(both[0].axis), both[1].law.slot, both[1].law.order)
+    )  # as in the table
+    for place, (effect, _) in enumerate(order):
         uses = _USES + place * LAW_PARAMETERS + len(effect.parameters)
         told[uses : uses + len(effect.uses)] = [_STANDS.get(symbol, -1) for symbol in effect.uses]
         taken = _TAKEN[effect.replaces] if effect.replaces is not None else ()
         at = _REPLACED + place * _MOST_REPLACED
         told[at : at + len(taken)] = taken
     return told
+
+
+def _normal_part(laws: list[ActiveLaw], along: list[ActiveLaw]) -> Array:
+    """The normal axis' end of a kernel vector, and behind it the entries of its laws, which stand after those along.
+
+    Places in memory are counted on, so that a law that changes place in the table takes its memory along alike on each
+    axis.
+    """
+    found = table(tuple(laws), LAW_TABLE + ENTRY * len(along) - (_NORMAL + TURN_SIZE))
+    head, entries = found[:HEAD], found[HEAD:].reshape(-1, ENTRY)
+    taken = sum(law.law.remembers for law in along)
+    entries[entries[:, MEMORY] >= 0.0, MEMORY] += 2.0 * taken
+    own = KelvinVoigt(k=0.0, b=0.0).kernel_vector()
+    own[LAWS] = len(laws)
+    return np.concatenate([rotation(0.0, 0.0, 0.0), own, head, entries.ravel()])
+
+
+def laws_along_normal(known: Array, normal_k: float, normal_b: float) -> Array | None:
+    """The kernel vector of the normal axis with the laws that are known and no spring and damper; None: there are none.
+
+    Args:
+        known: (TOLD_SIZE,).
+        normal_k, normal_b: of the axis, which a law may ask for [N/m], [N s/m].
+    """
+    if known[ALONG_NORMAL] == 0.0:
+        return None
+    p = np.zeros(VECTOR_SIZE)
+    p[NORMAL_K], p[NORMAL_B] = normal_k, normal_b
+    put_laws(known, p)
+    return p[_NORMAL + TURN_SIZE :]
 
 
 @lru_cache(maxsize=64)
@@ -89,6 +151,9 @@ def put_laws(known: Array, p: Array) -> None:
         return
     assign(p[KERNEL_SIZE:STIFFNESS], known[_TABLE:_BOUNDS])
     p[STIFFNESS], p[DAMPING] = known[_BOUNDS], known[_BOUNDS + 1]
+    if known[ALONG_NORMAL] != 0.0:
+        assign(p[_NORMAL:VECTOR_SIZE], known[_NORMAL_PART:_USES])
+        p[NORMAL_AXIS] = _NORMAL
     for i in range(int(known[COUNT])):
         for k in range(LAW_PARAMETERS):
             stands = int(known[_USES + i * LAW_PARAMETERS + k])
@@ -99,10 +164,31 @@ def put_laws(known: Array, p: Array) -> None:
             p[int(known[_REPLACED + i])] = 0.0
 
 
+@njit(cache=True)
+def silence(p: Array) -> tuple[float, float]:
+    """Leave a kernel vector without laws; how `sound` brings them back."""
+    were = p[LAWS], p[NORMAL_AXIS]
+    p[LAWS] = p[NORMAL_AXIS] = 0.0
+    return were
+
+
+@njit(cache=True)
+def sound(p: Array, were: tuple[float, float]) -> None:
+    """Give a kernel vector the laws back that `silence` has taken."""
+    p[LAWS], p[NORMAL_AXIS] = were
+
+
 @njit(error_model="numpy", forceinline=True)
 def entry_of(i: int) -> int:
     """Where in a kernel vector the entry of law `i` begins."""
     return LAW_TABLE + HEAD + i * ENTRY
+
+
+@njit(error_model="numpy", forceinline=True)
+def acts_along_normal(p: Array, i: int) -> bool:
+    """Whether law `i` of a kernel vector is one of the normal axis."""
+    count = p[_NORMAL + TURN_SIZE + LAWS] if p[NORMAL_AXIS] != 0.0 else 0.0
+    return i >= p[LAWS] - count
 
 
 @njit(cache=True)

@@ -100,7 +100,7 @@ def look(rows: Array, sample: float, theta: Array, begun: float, executor: Execu
     Raises:
         MmtError: the contact is none that could be diagnosed.
     """
-    # A moment of free motion at the edge would pass for clocks that differ; of a longer one the sensor's offset is seen.
+    # A moment of free motion at the edge would pass for clocks that differ; a longer one shows the sensor's offset.
     first = int(np.argmax(rows[:, -1] > 0.5))
     first = 0 if first * sample >= FREE_S else first
     rows = rows[first:]

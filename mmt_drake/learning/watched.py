@@ -108,7 +108,7 @@ class Watched:
         return ()
 
     def _free_before(self, start: int, wanted: int) -> int:
-        """The piece from which on there are so many samples of free space right before a piece; itself if there are not."""
+        """From which piece on there are so many samples of free space right before one; itself if there are not."""
         free = 0
         for first in range(start - 1, -1, -1):
             piece = self.pieces[first]

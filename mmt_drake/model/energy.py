@@ -11,12 +11,12 @@ from mmt_drake.model.flexible_box import (
     axes_of_laws,
     deflection_of,
     facet_of,
+    stored_along_normal,
     tip_of,
 )
 from mmt_drake.model.forces import beside, constants, stored_in_laws
 from mmt_drake.model.local_contact import height_above, is_level
 from mmt_drake.model.parameters import K1, K2, LAWS, NORMAL_AXIS, NORMAL_K, M
-from mmt_drake.model.turned import TURN_SIZE
 from mmt_drake.numeric.arrays import Array
 
 
@@ -25,7 +25,7 @@ def stored_energy(state: Array, p: Array) -> float:
     """Energy [J] that an object whose kernel vector is p holds in store.
 
     E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 and k z²/2 along the normal, and what laws
-    along the tangential axes hold (`Law.stored`). As long as no stiffness, damper or mass is negative, the laws are
+    hold (`Law.stored`). As long as no stiffness, damper or mass is negative, the laws are
     passive (`Effect.passive`) and nothing changes, a hand gets no more out than this.
     """
     energy = 0.0
@@ -38,8 +38,9 @@ def stored_energy(state: Array, p: Array) -> float:
             d = state[PROBE + i] - x - state[body + ANCHOR]
             energy += 0.5 * p[K2] * d * d
     if contact and is_level(facet_of(state)):
-        k = p[int(p[NORMAL_AXIS]) + TURN_SIZE + K1] if p[NORMAL_AXIS] != 0.0 else p[NORMAL_K]
-        energy += 0.5 * k * state[PROBE + 2] ** 2
+        energy += 0.5 * p[NORMAL_K] * state[PROBE + 2] ** 2
+        if p[NORMAL_AXIS] != 0.0:
+            energy += stored_along_normal(state, p)
     elif contact:
         above = height_above(facet_of(state), tip_of(state))
         energy += 0.5 * (p[K2] * deflection_of(state)[2] ** 2 + p[NORMAL_K] * above**2)

@@ -44,8 +44,8 @@ from mmt_drake.model.forces import (
 )
 from mmt_drake.model.hermite import Cubic, cubic, position_at
 from mmt_drake.model.local_contact import Facet, Touch, axes_of, force_of, height_above, is_level, touching
-from mmt_drake.model.normal_axis import begin_normal, press, pressed, touch_normal
-from mmt_drake.model.parameters import Constants
+from mmt_drake.model.normal_axis import begin_normal, press, pressed, stored_in_normal_laws, touch_normal
+from mmt_drake.model.parameters import B2, K1, NORMAL_B, NORMAL_K, Constants
 from mmt_drake.model.tangential import advance_object
 from mmt_drake.model.turned import TURN_SIZE, in_force_frame
 from mmt_drake.numeric.arrays import Array
@@ -200,8 +200,18 @@ def path_of_probe(state: Array, motion: Array, i: int, h: float) -> Cubic:
 
 @njit(error_model="numpy", forceinline=True)
 def _normal_constants(p: Array, c: Constants) -> Constants:
-    """Those of the normal axis, which stands in the kernel vector for itself."""
-    return constants(p[int(c.normal_axis) + TURN_SIZE :])
+    """Those of the normal axis, which stands in the kernel vector for itself, with the body's normal_k and normal_b."""
+    own = p[int(c.normal_axis) + TURN_SIZE :]
+    own[K1], own[B2] = p[NORMAL_K], p[NORMAL_B]
+    return constants(own)
+
+
+@njit(error_model="numpy")
+def stored_along_normal(state: Array, p: Array) -> float:
+    """The energy that laws along the normal hold at the latest sample, in contact with a level surface [J]."""
+    height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
+    c = _normal_constants(p, constants(p))
+    return stored_in_normal_laws(state, NORMAL, height, 0.0, state[TIME] - state[BEGAN], c)
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -29,7 +29,19 @@ from mmt_drake.model.law_table import (
     stored_by,
 )
 from mmt_drake.model.laws import At, Memory, Slot, norm
-from mmt_drake.model.parameters import FD, FS, GAP, LAW_TABLE, LAWS, PLANAR, Constants, M
+from mmt_drake.model.parameters import (
+    FD,
+    FS,
+    GAP,
+    LAW_TABLE,
+    LAWS,
+    NORMAL_AXIS,
+    NORMAL_B,
+    NORMAL_K,
+    PLANAR,
+    Constants,
+    M,
+)
 from mmt_drake.numeric.arrays import Array, fixed_tuple
 
 # Slots as plain numbers, for the kernels.
@@ -138,6 +150,9 @@ class Forces(NamedTuple):
     decay: float
 
 
+_BEHIND_NORMAL = NORMAL_B + 1
+
+
 def _numbers(p: Array) -> Any:
     return tuple(p[:LAWS].tolist())
 
@@ -160,7 +175,9 @@ def constants(p: Array) -> Constants:
     smooth = p[FS] == 0.0 and p[FD] == 0.0 and not rubs
     planar = p[PLANAR] != 0.0
     flags = (has_memory, rubs, smooth, planar and (across or not smooth), planar and across)
-    numbers = (*_numbers(p), address, 1.0 / p[M], *flags)
+    own = _numbers(p)
+    normal = (-1.0, 0.0) if p[NORMAL_AXIS] != 0.0 else (p[NORMAL_K], p[NORMAL_B])
+    numbers = (*own[:NORMAL_K], *normal, *own[_BEHIND_NORMAL:], address, 1.0 / p[M], *flags)
     return Constants(*numbers)
 
 

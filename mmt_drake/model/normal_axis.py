@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, MEMORY, READING, remember, sense, settle, touch
-from mmt_drake.model.forces import BodyMotion, Surroundings, constants, level_spring
+from mmt_drake.model.forces import ALONE, BodyMotion, Surroundings, constants, level_spring, stored_in_laws
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.kelvin_voigt import spring_force
 from mmt_drake.model.memory import read_memory, write_memory
@@ -28,8 +28,27 @@ def pressed(state: Array, at: int, height: Cubic, s: float, t: float, c: Constan
         t: time since the first sample [s].
         c: of the axis.
     """
+    return spring_force(_probe_at(state, at, height, s), 0.0, t, c)
+
+
+@njit(error_model="numpy")
+def stored_in_normal_laws(state: Array, at: int, height: Cubic, s: float, t: float, c: Constants) -> float:
+    """The energy that the laws of the axis hold, in contact [J]; arguments as of `pressed`."""
+    return 0.0 if c.laws == 0 else stored_in_laws(_probe_at(state, at, height, s), 0.0, _nothing_else(t, c), c, ALONE)
+
+
+@njit(error_model="numpy", forceinline=True)
+def _probe_at(state: Array, at: int, height: Cubic, s: float) -> BodyMotion:
+    """The probe as what moves the axis."""
     v = velocity_at(height, s)
-    return spring_force(BodyMotion(position_at(height, s), v, np.sign(v), read_memory(state, at + MEMORY)), 0.0, t, c)
+    return BodyMotion(position_at(height, s), v, np.sign(v), read_memory(state, at + MEMORY))
+
+
+@njit(error_model="numpy", forceinline=True)
+def _nothing_else(start: float, c: Constants) -> Surroundings:
+    """Nothing acts but the axis itself, in contact; counted from `start` [s]."""
+    nothing = Cubic(0.0, 0.0, 0.0, 0.0)
+    return Surroundings(nothing, nothing, c.rest, True, start, level_spring(c))
 
 
 @njit(error_model="numpy")
@@ -48,10 +67,8 @@ def press(state: Array, at: int, height: Cubic, s: float, s_end: float, start: f
     if not s < s_end:
         return Cubic(first, 0.0, 0.0, 0.0)
     if c.remembers:
-        nothing = Cubic(0.0, 0.0, 0.0, 0.0)
-        around = Surroundings(nothing, nothing, c.rest, True, start, level_spring(c))
         q = read_memory(state, at + MEMORY)
-        write_memory(state, at + MEMORY, remember(q, s, s_end, height, around, c))
+        write_memory(state, at + MEMORY, remember(q, s, s_end, height, _nothing_else(start, c), c))
     slope = (pressed(state, at, height, s_end, start + s_end, c) - first) / (s_end - s)
     return Cubic(first - slope * s, slope, 0.0, 0.0)
 
@@ -66,8 +83,7 @@ def touch_normal(state: Array, at: int, height: Cubic, s: float, c: Constants) -
 @njit(error_model="numpy")
 def begin_normal(state: Array, at: int, height: float, c: Constants) -> None:
     """Let the axis begin in contact, the probe at a height [m]; other arguments as of `press`."""
-    nothing = Cubic(0.0, 0.0, 0.0, 0.0)
-    settle(state, at, height, Surroundings(nothing, nothing, c.rest, True, 0.0, level_spring(c)), c)
+    settle(state, at, height, _nothing_else(0.0, c), c)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

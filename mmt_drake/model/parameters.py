@@ -32,8 +32,9 @@ class Constants(NamedTuple):
         course: where in the vector the numbers stand that change in the course of a recording (`model.over`); 0: none.
         planar: address of `mmt_drake.model.plane_call` where friction is a vector; 0: each tangential axis has its own.
         normal_axis: where in the vector the numbers of `mmt_drake.model.turned` stand, and behind them those of
-            `mmt_drake.model.normal_axis`; what is then given as the height is the load, by normal_k = -1. 0: the normal
-            axis is a spring and a damper alone, and the sensor is not askew.
+            `mmt_drake.model.normal_axis`, whose spring and damper are those of the body's vector, be they others in
+            their own; what is then given to the body's kernels as the height is the load, so that here normal_k is -1
+            and normal_b 0. 0: the normal axis is a spring and a damper alone, and the sensor is not askew.
         inverse_mass: of the body alone [1/kg].
         remembers: a law on the body has a memory.
         rubs: there are laws of friction.
@@ -265,7 +266,7 @@ class FlexibleBoxModel(Structure):
             return vector
         from mmt_drake.model.kelvin_voigt import KelvinVoigt  # late, too
 
-        vector[NORMAL_K], vector[NORMAL_B], vector[NORMAL_AXIS] = -1.0, 0.0, len(vector)
+        vector[NORMAL_AXIS] = len(vector)
         spring = KelvinVoigt(k=self.normal.k, b=self.normal.b, additions=self.along_normal)
         return np.concatenate([vector, rotation(*added.turn), spring.kernel_vector(max_step)])
 

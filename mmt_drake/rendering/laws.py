@@ -15,15 +15,26 @@ from numba import njit
 from mmt_drake.errors import BadInput
 from mmt_drake.model.body import AXIS_SIZE
 from mmt_drake.model.body import MEMORY as BODY_MEMORY
-from mmt_drake.model.flexible_box import BODY, force_on_probe
+from mmt_drake.model.flexible_box import BODY, NORMAL, force_on_probe
 from mmt_drake.model.law_table import ADDRESS, ENTRY, MEMORY, SHARE, VALUES
 from mmt_drake.model.laws import LAW_PARAMETERS
 from mmt_drake.model.memory import read_memory, write_memory
-from mmt_drake.model.parameters import KERNEL_SIZE, LAWS
+from mmt_drake.model.parameters import KERNEL_SIZE, LAWS, NORMAL_AXIS
 from mmt_drake.model_message import NotFelt
 from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.rendering.status import NOT_FELT, UNKNOWN_MODEL
-from mmt_drake.told_laws import NUMBER, REFUSED, STIFFNESS, TOLD_SIZE, VECTOR_SIZE, entry_of, told_by_bytes
+from mmt_drake.told_laws import (
+    DAMPING,
+    NUMBER,
+    REFUSED,
+    STIFFNESS,
+    TOLD_SIZE,
+    acts_along_normal,
+    entry_of,
+    silence,
+    sound,
+    told_by_bytes,
+)
 
 
 @lru_cache(maxsize=64)
@@ -61,10 +72,15 @@ def soften_laws(p: Array, part: float) -> None:
 
 
 @njit(error_model="numpy")
-def _has(p: Array, address: float) -> bool:
+def _is_law(p: Array, i: int, address: float, along_normal: bool) -> bool:
+    return p[entry_of(i) + ADDRESS] == address and acts_along_normal(p, i) == along_normal
+
+
+@njit(error_model="numpy")
+def _has(p: Array, address: float, along_normal: bool) -> bool:
     found = False
     for i in range(int(p[LAWS])):
-        found = found or p[entry_of(i) + ADDRESS] == address
+        found = found or _is_law(p, i, address, along_normal)
     return found
 
 
@@ -72,7 +88,7 @@ def _has(p: Array, address: float) -> bool:
 def _same_laws(p: Array, target: Array) -> bool:
     same = p[LAWS] == target[LAWS]
     for i in range(int(p[LAWS])):
-        same = same and p[entry_of(i) + ADDRESS] == target[entry_of(i) + ADDRESS]
+        same = same and _is_law(target, i, p[entry_of(i) + ADDRESS], acts_along_normal(p, i))
     return same
 
 
@@ -91,41 +107,48 @@ def align(state: Array, p: Array, target: Array) -> None:
         return
     first, second, leaving = 1.0, 1.0, False
     for i in range(int(p[LAWS])):
-        if not _has(target, p[entry_of(i) + ADDRESS]):
+        if not _has(target, p[entry_of(i) + ADDRESS], acts_along_normal(p, i)):
             first, second = (0.0, second) if i == 0 else (first, 0.0)
             leaving = leaving or p[entry_of(i) + SHARE] > 0.0
     if leaving:
-        assign(target[KERNEL_SIZE:], p[KERNEL_SIZE:])
-        target[LAWS] = p[LAWS]
+        _have_laws_of(target, p)
         target[entry_of(0) + SHARE], target[entry_of(1) + SHARE] = first, second
     else:
         _enter(state, p, target)
 
 
 @njit(error_model="numpy")
+def _have_laws_of(p: Array, other: Array) -> None:
+    """Give a kernel vector all of another one that is of laws."""
+    assign(p[KERNEL_SIZE:], other[KERNEL_SIZE:])
+    p[LAWS], p[NORMAL_AXIS] = other[LAWS], other[NORMAL_AXIS]
+
+
+@njit(error_model="numpy")
 def _enter(state: Array, p: Array, target: Array) -> None:
     count = int(p[LAWS])
     old = (fixed_tuple(p[entry_of(0) : entry_of(1)], ENTRY), fixed_tuple(p[entry_of(1) : STIFFNESS], ENTRY))
-    x, y = BODY + BODY_MEMORY, BODY + AXIS_SIZE + BODY_MEMORY
-    of_x, of_y = read_memory(state, x), read_memory(state, y)
-    write_memory(state, x, (0.0, 0.0, 0.0, 0.0))
-    write_memory(state, y, (0.0, 0.0, 0.0, 0.0))
-    assign(p[KERNEL_SIZE:], target[KERNEL_SIZE:])
-    p[LAWS] = target[LAWS]
+    along_normal = (acts_along_normal(p, 0), acts_along_normal(p, 1))
+    x, y, z = BODY + BODY_MEMORY, BODY + AXIS_SIZE + BODY_MEMORY, NORMAL + BODY_MEMORY
+    memories = (read_memory(state, x), read_memory(state, y), read_memory(state, z))
+    for at in (x, y, z):
+        write_memory(state, at, (0.0, 0.0, 0.0, 0.0))
+    _have_laws_of(p, target)
     soften_laws(p, 0.0)
     for i in range(int(p[LAWS])):
         at = entry_of(i)
         for j in range(count):
             was = old[j]
-            if was[ADDRESS] != p[at + ADDRESS]:
+            if not _is_law(p, i, was[ADDRESS], along_normal[j]):
                 continue
             p[at + SHARE] = was[SHARE]
             for k in range(LAW_PARAMETERS):
                 p[at + VALUES + k] = was[VALUES + k]
             if was[MEMORY] >= 0.0:
                 to, since = int(p[at + MEMORY]), int(was[MEMORY])
-                state[x + to], state[x + to + 1] = of_x[since], of_x[since + 1]
-                state[y + to], state[y + to + 1] = of_y[since], of_y[since + 1]
+                for axis in range(3):
+                    at_axis = (x, y, z)[axis]
+                    state[at_axis + to], state[at_axis + to + 1] = memories[axis][since], memories[axis][since + 1]
 
 
 @njit(cache=True)
@@ -145,7 +168,7 @@ def move_laws(p: Array, target: Array, share: float) -> None:
     for i in range(int(p[LAWS])):
         for k in range(entry_of(i) + SHARE, entry_of(i) + ENTRY):
             p[k] = target[k] if share == 1.0 else p[k] + share * (target[k] - p[k])
-    for k in range(STIFFNESS, VECTOR_SIZE):
+    for k in range(STIFFNESS, DAMPING + 1):
         p[k] = target[k] if share == 1.0 else max(p[k], target[k])
 
 
@@ -154,8 +177,9 @@ def add_laws(state: Array, p: Array, share: float, force: Array) -> None:
     """Add a share of the force of the laws of p to the (3,) force."""
     x, y, z = force[0], force[1], force[2]
     force_on_probe(state, p, force)
-    with_x, with_y, count = force[0], force[1], p[LAWS]
-    p[LAWS] = 0.0
+    with_x, with_y, with_z = force[0], force[1], force[2]
+    were = silence(p)
     force_on_probe(state, p, force)
-    p[LAWS] = count
-    force[0], force[1], force[2] = x + share * (with_x - force[0]), y + share * (with_y - force[1]), z
+    sound(p, were)
+    force[0], force[1] = x + share * (with_x - force[0]), y + share * (with_y - force[1])
+    force[2] = z + share * (with_z - force[2])

@@ -43,7 +43,7 @@ from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
 from mmt_drake.rendering.laws import add_laws, laws_apart, move_laws, soften_laws
-from mmt_drake.told_laws import VECTOR_SIZE, step_with_laws
+from mmt_drake.told_laws import VECTOR_SIZE, silence, sound, step_with_laws
 
 
 @dataclass(frozen=True)
@@ -217,11 +217,12 @@ def account(state: Array, p: Array, before: float, reserve: float, rule: Array) 
     after = stored_energy(state, p)
     reserve = min(reserve - (after - before), rule[RESERVE])
     if reserve < 0.0:
-        k2, normal_k, laws = p[K2], p[NORMAL_K], p[LAWS]
-        p[K2] = p[NORMAL_K] = p[LAWS] = 0.0
+        k2, normal_k, laws = p[K2], p[NORMAL_K], silence(p)
+        p[K2] = p[NORMAL_K] = 0.0
         in_springs = after - stored_energy(state, p)
         softer = max(1.0 + reserve / in_springs, 0.0) if in_springs > 0.0 else 1.0
-        p[K2], p[NORMAL_K], p[LAWS] = softer * k2, softer * normal_k, laws
+        p[K2], p[NORMAL_K] = softer * k2, softer * normal_k
+        sound(p, laws)
         soften_laws(p, softer)
         reserve += (1.0 - softer) * in_springs
     return reserve

@@ -11,6 +11,7 @@ from mmt_drake.model.held_body import HELD_ANCHOR, HELD_ENTRY, HELD_SEEN, HELD_S
 from mmt_drake.model.law_table import ENTRY, HEAD, MEMORY, SHARE, VALUES
 from mmt_drake.model.message_layout import EFFECTS
 from mmt_drake.model.parameters import KERNEL_SIZE, LAWS, BoxParameters, FlexibleBoxModel
+from mmt_drake.model.theta import write_theta
 from mmt_drake.model_files import with_effects
 from mmt_drake.model_message import UNKNOWN_THETA, VERSION, ModelMessage, ToldEffect
 from mmt_drake.numeric.vectors import UP
@@ -18,13 +19,17 @@ from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, REA
 from mmt_drake.rendering.laws import align, felt_by_bytes
 from mmt_drake.rendering.status import APPROACHING, NOT_FELT, RENDERING, TOO_FAST, UNKNOWN_MODEL
 from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, RateLimited, rule
-from mmt_drake.told_laws import NO_LAWS, VECTOR_SIZE, told_by
+from mmt_drake.told_laws import NO_LAWS, VECTOR_SIZE, put_laws, told_by
 
 BOX = FlexibleBoxModel(BoxParameters(m=0.8, k1=20.0, b1=9.0, Fc=0.2))
 AT = sum(PORT_SIZES.values())
 CUBIC = ("nonlinear_stiffness", {"k3": 3e6})
 LOOP = ("hysteresis", {"alpha": 300.0, "beta": 150.0})
 LATE = ("viscoelastic_relaxation", {"k_maxwell": 300.0, "tau": 0.1})
+PRESSED = ("normal_nonlinear_stiffness", {"k3": 2e7})
+YIELDS = ("normal_viscoelastic_relaxation", {"k_maxwell": 300.0, "tau": 0.1})
+SQUEEZED = ("normal_hunt_crossley_damping", {"lambda": 4000.0})
+ROUND = ("normal_hysteresis", {"alpha": 300.0, "beta": 150.0})
 WALL = ("end_stop", {"position": 0.003, "stiffness": 900.0})
 BRISTLES = ("presliding_friction", {"sigma0": 600.0, "sigma1": 0.0, "Fs": 0.5, "v_s": 0.01})
 
@@ -66,7 +71,13 @@ class Felt:
         return np.append(0.0, np.cumsum(steps)) - self.stored
 
 
-@pytest.mark.parametrize("effects", [(CUBIC,), (LOOP, CUBIC), (LATE, WALL), (BRISTLES,)])
+@pytest.mark.parametrize(
+    "effects",
+    [
+        *((CUBIC,), (LOOP, CUBIC), (LATE, WALL), (BRISTLES,)),
+        *((PRESSED,), (YIELDS, LATE), (SQUEEZED, CUBIC), (ROUND, LOOP), (PRESSED, ROUND)),
+    ],
+)
 def test_the_rendered_force_is_that_of_the_object_with_these_laws(effects):
     motion = moving(3000)
     model = with_effects(BOX, [{"name": name, "parameters": values} for name, values in effects], "test")
@@ -146,6 +157,7 @@ def test_a_wall_is_met_where_the_report_counts_it_though_the_body_slides(policy)
 def test_as_energy_permits_laws_that_come_and_go_give_nothing_that_was_not_put_in(seed):
     motion, random = moving(6000, seed), np.random.default_rng(seed)
     sets = [(CUBIC,), (LOOP, CUBIC), (WALL,), (LATE,), (), (BRISTLES, CUBIC), (("nonlinear_stiffness", {"k3": 2e7}),)]
+    sets += [(PRESSED,), (YIELDS, LATE), (SQUEEZED, CUBIC), (ROUND,), (CUBIC, PRESSED), (YIELDS, ROUND)]
     stages = [told(i + 1, *sets[random.integers(len(sets))]) for i in range(60)]
     laws = [stages[k // 100] for k in range(6000)]
     contact = (motion[:, 2] < 0.0).astype(float)
@@ -187,6 +199,39 @@ def test_a_law_that_stays_keeps_its_share_its_memory_and_its_numbers_when_anothe
     assert np.array_equal(state[bodies + OF_BODY + 2], [0.01, -0.02])
     assert np.array_equal(state[bodies + OF_BODY + 3], [0.03, 0.04])
     assert np.all(state[bodies + OF_BODY] == 0.0) and np.all(state[bodies + OF_BODY + 1] == 0.0)
+
+
+def test_a_law_along_the_surface_and_the_same_along_the_normal_are_two():
+    motion = moving(3000)
+    along, normal = told(1, LATE), told(2, ("normal_viscoelastic_relaxation", LATE[1]))
+    laws = [along if k < 1000 else normal for k in range(3000)]
+    found, alone = Felt(AtOnce(), motion, laws), Felt(AtOnce(), motion, normal)
+    np.testing.assert_allclose(found.force[1500:, 2], alone.force[1500:, 2], atol=1e-9 * np.abs(alone.force).max())
+    bare = Felt(AtOnce(), motion, [along if k < 1000 else told(2) for k in range(3000)])
+    np.testing.assert_allclose(found.force[1500:, :2], bare.force[1500:, :2], atol=1e-9 * np.abs(alone.force).max())
+    assert np.abs(found.force[1500:, 2] - bare.force[1500:, 2]).max() > 0.1
+
+
+def test_a_law_along_the_normal_keeps_its_share_and_memory_when_one_along_the_surface_enters():
+    p, target, state = np.zeros(VECTOR_SIZE), np.zeros(VECTOR_SIZE), np.zeros(box.STATE_SIZE)
+    for vector, effects in ((p, (YIELDS,)), (target, (YIELDS, LATE))):
+        write_theta(BOX.theta(), STEP, 0.0, vector)
+        put_laws(told(1, *effects), vector)
+    entry, normal = KERNEL_SIZE + HEAD, box.NORMAL + OF_BODY
+    p[entry + SHARE], state[normal] = 0.6, 0.003
+    align(state, p, target)
+    assert p[LAWS] == 2.0 and p[entry + SHARE] == 0.0 and p[entry + ENTRY + SHARE] == 0.6
+    assert p[entry + ENTRY + MEMORY] == 2.0 and state[normal] == 0.0 and state[normal + 2] == 0.003
+
+
+def test_laws_along_the_normal_are_left_out_where_the_surface_is_not_level():
+    motion, slope = moving(600), np.tile([0.0, np.sin(0.02), np.cos(0.02), 0.0], (600, 1))
+    plane = np.where(np.arange(600)[:, np.newaxis] < 300, [0.0, 0.0, 1.0, 0.0], slope)
+    found, bare = (Felt(AtOnce(), motion, laws, plane=plane) for laws in (told(1, PRESSED, CUBIC), NO_LAWS))
+    assert np.all(found.status[1:300] == RENDERING) and np.all(found.status[301:] == NOT_FELT)
+    assert np.abs(found.force[:300] - bare.force[:300]).max() > 0.1
+    energy = Felt(EnergyPermitting(0.02), motion, told(1, PRESSED, CUBIC), plane=plane)
+    assert energy.balance().min() > -1e-5
 
 
 def test_a_law_that_would_need_too_short_steps_is_passed_over():

@@ -9,30 +9,46 @@ from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import Prior
 from mmt_drake.estimation.output_error.unknowns import LATENESS, NORMAL_DEVIATION, Information
-from mmt_drake.estimation.output_error.window import FORCE, Window
+from mmt_drake.estimation.output_error.window import FORCE
+from mmt_drake.model.normal_axis import replay_normal
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.told_laws import laws_along_normal, told_by_bytes
 
 
-def said_along_normal(window: Window, h: float, part: slice, x: Array, noise: float) -> Information:
-    """What a part of a window says of k and b of the normal axis.
+def said_along_normal(known: Knowledge, h: float, part: slice) -> Information:
+    """What a part of the window of samples says of k and b of the normal axis, beside the laws that are told of it.
 
     Args:
-        window: the samples.
-        h: time between them [s].
+        known: with the samples; the force along the normal is as late as the fit along x and y has it.
+        h: time between samples [s].
         part: which of them.
-        x: unknowns of the fit along x and y: the force along the normal is as late.
-        noise: deviation of the force of each sample [N].
     """
-    weight = comparable(window, h)[part, 2] / noise
+    window = known.window
+    weight = comparable(window, h)[part, 2] / known.noise
     push = -window.motion[:, [2, 5]].T * window.contact
+    push = np.concatenate([push, _of_laws(known, h)[np.newaxis]])
     late = np.empty_like(push)
-    late_means(push, h, 1, x[LATENESS], late)
-    psi = late.T[part] * weight[:, np.newaxis]
-    return Information(psi.T @ psi, psi.T @ (window.samples[part, FORCE][:, 2] * weight))
+    late_means(push, h, 1, known.x[LATENESS], late)
+    psi = late[:2].T[part] * weight[:, np.newaxis]
+    return Information(psi.T @ psi, psi.T @ ((window.samples[part, FORCE][:, 2] - late[2, part]) * weight))
+
+
+def _of_laws(known: Knowledge, h: float) -> Array:
+    """(n,) force on the probe of the laws along the normal [N]; of a contact that was there before, relaxed."""
+    window, force = known.window, np.zeros(len(known.window))
+    p = laws_along_normal(told_by_bytes(known.model.tobytes()), *known.normal.tolist())
+    if p is None or not len(window):
+        return force
+    time = h * np.arange(len(window))
+    turns = np.flatnonzero(np.diff(window.contact)) + 1
+    changes = time[turns - 1] + window.switch[turns] * h
+    height, rate = window.motion[:, 2].copy(), window.motion[:, 5].copy()
+    replay_normal(time, height, rate, bool(window.contact[0]), changes, p, force)
+    return force
 
 
 def with_normal_axis(known: Knowledge, prior: Prior, h: float) -> Knowledge:
-    """Knowledge with normal k and b by linear least squares on F_z = -k z - b v_z.
+    """Knowledge with normal k and b by linear least squares on F_z = -k z - b v_z, less the laws that are told.
 
     Args:
         known: what there is, with the samples.
@@ -40,8 +56,7 @@ def with_normal_axis(known: Knowledge, prior: Prior, h: float) -> Knowledge:
         h: time between samples [s].
     """
     believed = Information.about(np.array([prior.normal_k, prior.normal_b]), NORMAL_DEVIATION)
-    said = said_along_normal(known.window, h, slice(None), known.x, known.noise)
-    found = believed.plus(known.normal_memory).plus(said)
+    found = believed.plus(known.normal_memory).plus(said_along_normal(known, h, slice(None)))
     covariance = found.covariance()
     # A surface pushes back and does not pump energy.
     return replace(known, normal=np.maximum(covariance @ found.vector, [1.0, 0.0]), normal_covariance=covariance)

@@ -32,7 +32,7 @@ from mmt_drake.estimation.output_error.unknowns import (
     theta_of,
 )
 from mmt_drake.estimation.output_error.window import FORCE, Window
-from mmt_drake.model.parameters import MAX_STEP
+from mmt_drake.model.parameters import MAX_STEP, NORMAL_AXIS
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.least_squares import Minimum, minimise, stay
@@ -172,6 +172,7 @@ class Objective:
         if not adopt_theta(theta, math.inf, LEAST_STEP, self.planar, p):
             raise MmtError("the object is too stiff for a fit")
         put_laws(self.laws, p)
+        p[NORMAL_AXIS] = 0.0  # the load of a law, which none is that reads it, is taken to be that of spring and damper
         if step_with_laws(p) < LEAST_STEP:
             raise MmtError("the laws are too stiff for a fit")
         p[MAX_STEP] = COARSE * step_with_laws(p)

@@ -21,12 +21,12 @@ from mmt_drake.estimation.output_error.sensor_error import read_too_much
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.model import flexible_box as box
 from mmt_drake.model.message_layout import MESSAGE_NUMBER
-from mmt_drake.model.parameters import LAWS, MAX_STEP, PLANAR
+from mmt_drake.model.parameters import MAX_STEP, PLANAR
 from mmt_drake.model.plane_call import planar
 from mmt_drake.model.regrouping_equations import regroup
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, assign
-from mmt_drake.told_laws import COUNT, TOLD_SIZE, VECTOR_SIZE, put_laws, step_with_laws, told_by_bytes
+from mmt_drake.told_laws import COUNT, TOLD_SIZE, VECTOR_SIZE, put_laws, silence, step_with_laws, told_by_bytes
 
 _MOVING = 1e-3  # [m/s]: a probe that moves
 _LONGEST_GAP_S = 0.2
@@ -63,7 +63,7 @@ def hand_over(readout: Array, told: Told) -> None:
         return
     put_laws(memory[at.LAWS : at.LAWS + TOLD_SIZE], p)
     if step_with_laws(p) < LEAST_STEP:
-        p[LAWS] = 0.0
+        silence(p)
     p[MAX_STEP] = step_with_laws(p)
     readout[at.THETA_PART], readout[at.DEVIATION], readout[at.STABLE] = theta, told.deviation, 1.0
     readout[at.REGROUPED], readout[at.HELD] = regroup(*theta[:6]), told.held
@@ -72,7 +72,8 @@ def hand_over(readout: Array, told: Told) -> None:
 def drop_laws(readout: Array) -> None:
     """Go on without the laws: they are too fast to be followed."""
     memory = readout[at.MEMORY]
-    memory[at.LAWS + COUNT] = memory[at.P + LAWS] = 0.0
+    memory[at.LAWS + COUNT] = 0.0
+    silence(memory[at.P : at.P + VECTOR_SIZE])
 
 
 def take_samples(readout: Array, fixed: LearningSettings) -> tuple[Array, bool]:

@@ -35,7 +35,7 @@ from mmt_drake.model.plane_call import planar
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import Minimum
-from mmt_drake.told_laws import told_by_bytes
+from mmt_drake.told_laws import ALONG_NORMAL, told_by_bytes
 
 _FITS_PER_WINDOW = 75  # a window is fitted so often in the time that it covers, or each period: cost stays even
 _DROPPED = 0.2  # share of a full window that is let go at once
@@ -160,6 +160,8 @@ class Learner:
         anew = known.of_another(
             window=window, start=start, x=x, stick=stick, memory=memory, adequacy=Adequacy(), trusted=None, model=model
         )
+        if any(told_by_bytes(one.tobytes())[ALONG_NORMAL] for one in (model, known.model)):
+            anew = replace(anew, normal_memory=Information.none(2))
         if len(window) == 0:
             return anew
         objective = self._objective(anew)
@@ -350,7 +352,7 @@ class Learner:
         start = known.start
         try:
             memory = memory.plus(objective.said(known.x, known.stick, count))
-            normal = normal.plus(said_along_normal(known.window, self.h, slice(count), known.x, known.noise))
+            normal = normal.plus(said_along_normal(known, self.h, slice(count)))
             if count < len(known.window):
                 start = self._beginning(known, count) or start
         except MmtError:

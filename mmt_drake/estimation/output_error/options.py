@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Final
 
 import numpy as np
 
@@ -126,13 +126,20 @@ def check_told(message: ModelMessage, source: str) -> None:
         raise BadInput(source, at="force_lag", found=message.sensor.tau, expected=f"{LONGEST_S:g} s at most")
 
 
+_OF_LOAD: Final = "load_dependent_friction"
+
+
 def check_sought(effects: Iterable[ToldEffect], source: str) -> None:
     """Refuse laws beside which a number that is sought would do nothing.
 
     Raises:
-        BadInput: an effect that does without such a number.
+        BadInput: an effect that does without such a number, or a law of the load beside one along the normal.
     """
-    for effect in (LIBRARY[told.name] for told in effects):
+    known = [LIBRARY[told.name] for told in effects]
+    if any(effect.axis for effect in known) and any(effect.name == _OF_LOAD for effect in known):
+        expected = "no law along the normal beside it: the load of a fit is that of a spring and a damper"
+        raise BadInput(source, at="effects", found=_OF_LOAD, expected=expected)
+    for effect in known:
         if effect.replaces is not None and effect.replaces not in effect.uses:
             expected = f"none that does without {effect.replaces}, which is sought"
             raise BadInput(source, at="effects", found=effect.name, expected=expected)
