@@ -16,6 +16,7 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.law_table import ENTRY, HEAD, MEMORY, VALUES, table
 from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw
 from mmt_drake.model.message_layout import MOST_EFFECTS
+from mmt_drake.model.normal_axis import replay_normal
 from mmt_drake.model.parameters import (
     B1,
     B2,
@@ -117,19 +118,35 @@ def _normal_part(laws: list[ActiveLaw], along: list[ActiveLaw]) -> Array:
     return np.concatenate([rotation(0.0, 0.0, 0.0), own, head, entries.ravel()])
 
 
-def laws_along_normal(known: Array, normal_k: float, normal_b: float) -> Array | None:
-    """The kernel vector of the normal axis with the laws that are known and no spring and damper; None: there are none.
+def along_normal(
+    known: Array, sample: float, height: Array, rate: Array, contact: Array, changes: Array | None = None
+) -> Array:
+    """(3, n) force along the normal with the laws that are known: of each unit of its k and b, and the rest [N].
+
+    Both are linear in it, be it that a law is in proportion to one of them. A contact at the first sample has relaxed.
 
     Args:
         known: (TOLD_SIZE,).
-        normal_k, normal_b: of the axis, which a law may ask for [N/m], [N s/m].
+        sample: time between samples [s].
+        height, rate: (n,) of the probe above the surface [m], [m/s].
+        contact: (n,) 0 or 1.
+        changes: (c,) times of touch and release after the first sample [s]; the samples at which it is so by default.
     """
-    if known[ALONG_NORMAL] == 0.0:
-        return None
-    p = np.zeros(VECTOR_SIZE)
-    p[NORMAL_K], p[NORMAL_B] = normal_k, normal_b
-    put_laws(known, p)
-    return p[_NORMAL + TURN_SIZE :]
+    found = np.vstack([-height, -rate, np.zeros(len(height))]) * contact
+    if known[ALONG_NORMAL] == 0.0 or not len(height):
+        return found
+    time = sample * np.arange(len(height))
+    changes = time[1:][np.diff(contact) != 0.0] if changes is None else changes
+    laws = np.empty((3, len(height)))
+    for force, k, b in zip(laws, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), strict=True):
+        p = np.zeros(VECTOR_SIZE)
+        p[NORMAL_K], p[NORMAL_B] = k, b
+        put_laws(known, p)
+        axis = p[_NORMAL + TURN_SIZE :]
+        replay_normal(time, height, rate, bool(contact[0]), changes, axis, force)
+    found[:2] += laws[:2] - laws[2]
+    found[2] = laws[2]
+    return found
 
 
 @lru_cache(maxsize=64)

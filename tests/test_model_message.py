@@ -60,7 +60,8 @@ def test_names_are_told_apart_by_their_sums():
         (("stiffness_drift", {"rate": 0.1}), "of which nobody knows any"),
         (("coulomb_friction", {"Fc": 0.1}), "told by that"),
         (("mass_change", {"time": 1.0, "dm": -0.1}), "no law with numbers"),
-        (("normal_nonlinear_stiffness", {"k3": 1e6}), "along the surface normal"),
+        (("normal_stiffness_drift", {"rate": 0.1}), "of which nobody knows any"),
+        (("power_law_stiffness", {"k": 1e3, "p": 1.5}), "does without normal_k, expected a law beside the spring"),
     ],
 )
 def test_what_must_not_or_cannot_be_felt_is_refused_with_the_reason(effect, why):

@@ -1,7 +1,7 @@
 """Laws that came to be told while a run went on, and what that changed in what was felt."""
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,23 @@ SETTLES_S: Final = 1.0
 _FIRST_S: Final = 0.5  # of the run's contact, which tells nothing of laws
 
 
+class ForceOff(NamedTuple):
+    """Error of the rendered force against the plant's, in contact; against the plant's without noise, where recorded.
+
+    Attributes:
+        surface: along x and y together; None: there was no contact.
+        normal: along z, likewise.
+    """
+
+    surface: float | None = None
+    normal: float | None = None
+
+    @property
+    def words(self) -> str:
+        """For a person."""
+        return f"{percent(self.surface)}, along the normal {percent(self.normal)}"
+
+
 @dataclass(frozen=True)
 class ToldModel:
     """One message of a run.
@@ -28,15 +45,14 @@ class ToldModel:
         contact: how much contact there had been [s].
         effects: that it tells.
         sensor: what it tells of the force sensor.
-        error: of the rendered force along x and y against the plant's, in contact, until the next message; against the
-            plant's without noise, where that is recorded. None: there was no contact.
+        error: of the rendered force until the next message.
     """
 
     at: float
     contact: float
     effects: tuple[ToldEffect, ...]
     sensor: SensorError
-    error: float | None
+    error: ForceOff
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -50,19 +66,19 @@ class ToldLaws:
     """The messages of a run.
 
     Attributes:
-        before: error of the rendered force until the first, as of `ToldModel`.
+        before: error of the rendered force until the first.
         told: message by message.
     """
 
-    before: float | None
+    before: ForceOff
     told: tuple[ToldModel, ...]
 
     def line(self) -> str:
         """For a terminal."""
-        parts = [f"rendered force off by {percent(self.before)}"]
+        parts = [f"rendered force off by {self.before.words}"]
         for model in self.told:
             laws = " and ".join([*(effect.words for effect in model.effects), *model.sensor.words]) or "no law"
-            parts.append(f"from {model.at:.2f} s on {laws}: {percent(model.error)}")
+            parts.append(f"from {model.at:.2f} s on {laws}: {model.error.words}")
         return f"told while it was felt: {'; '.join(parts)}"
 
     def to_json(self) -> dict[str, Any]:
@@ -73,11 +89,12 @@ class ToldLaws:
                 "contact_s": model.contact,
                 "effects": [{"name": e.name, "parameters": e.parameters} for e in model.effects],
                 "sensor": model.sensor._asdict(),
-                "error": model.error,
+                "error": model.error.surface,
+                "normal_error": model.error.normal,
             }
             for model in self.told
         ]
-        return {"before": self.before, "told": told}
+        return {"before": self.before.surface, "normal_before": self.before.normal, "told": told}
 
 
 def learned(recording: Recording) -> ToldLaws | None:
@@ -89,14 +106,14 @@ def learned(recording: Recording) -> ToldLaws | None:
     step, contact = mean_step(recording), flag(recording, "in_contact")
     seconds = step * np.cumsum(contact)
     try:
-        off = _off(recording, step)
+        off = [_off(recording, step, axes) for axes in ("xy", "z")]
     except BadInput:
-        off = None
+        off = []
 
-    def error(samples: Flags) -> float | None:
-        if off is None or not samples.any():
-            return None
-        return float(np.sqrt(np.sum(off[0][samples]) / np.sum(off[1][samples])))
+    def error(samples: Flags) -> ForceOff:
+        if not samples.any():
+            return ForceOff()
+        return ForceOff(*(float(np.sqrt(np.sum(left[samples]) / np.sum(size[samples]))) for left, size in off))
 
     starts = np.flatnonzero(np.diff(numbers, prepend=0.0) != 0.0)
     ends = [*starts[1:].tolist(), len(numbers)]
@@ -110,12 +127,12 @@ def learned(recording: Recording) -> ToldLaws | None:
     return ToldLaws(error(contact & (at < starts[0]) & (seconds > _FIRST_S)), tuple(told))
 
 
-def _off(recording: Recording, step: float) -> tuple[Array, Array]:
-    """Squares of what the rendered force is off by, and of the plant's, (n,) [N^2], along x and y together."""
+def _off(recording: Recording, step: float, axes: str) -> tuple[Array, Array]:
+    """Squares of what the rendered force is off by, and of the plant's, (n,) [N^2], along some axes together."""
     reference = "true_force" if recording.has_vector("true_force") else "force"
     delay = float(recording.made_by.get(DELAY, 0.0))
     error, size = np.zeros(len(recording)), np.zeros(len(recording))
-    for axis in "xy":
+    for axis in axes:
         plant = component(recording, reference, axis)
         error += (delayed(component(recording, "rendered_force", axis), delay, step) - plant) ** 2
         size += plant**2

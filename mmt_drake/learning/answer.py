@@ -34,6 +34,7 @@ _OF_95: Final = 2.0 * 1.96
 """Standard deviations in an interval of 95 %."""
 _WHOLE: Final[Verdict] = "missing_physics"
 """The verdict whose laws are felt: one that explains a part may stand in the place of one that the library lacks."""
+_TOO_LITTLE: Final[Verdict] = "insufficient_data"
 _ENOUGH: Final[tuple[Verdict, ...]] = "no_mismatch", "parameters"
 """Verdicts that need no law."""
 
@@ -100,10 +101,16 @@ def look(rows: Array, sample: float, theta: Array, begun: float, executor: Execu
     Raises:
         MmtError: the contact is none that could be diagnosed.
     """
-    # A moment of free motion at the edge would pass for clocks that differ; a longer one shows the sensor's offset.
-    first = int(np.argmax(rows[:, -1] > 0.5))
-    first = 0 if first * sample >= FREE_S else first
-    rows = rows[first:]
+    # Free space shows the sensor's offset; a moment of it, or a touch by a law that nobody thinks of, would pass for
+    # clocks that differ, which here is one.
+    touched = int(np.argmax(rows[:, -1] > 0.5))
+    found = _looked(rows, sample, theta, begun, executor) if touched * sample >= FREE_S else LookResult(_TOO_LITTLE)
+    if found.verdict == _TOO_LITTLE:
+        found = _looked(rows[touched:], sample, theta, begun + touched * sample, executor)
+    return found
+
+
+def _looked(rows: Array, sample: float, theta: Array, begun: float, executor: Executor) -> LookResult:
     time: Array = np.arange(len(rows), dtype=np.float64) * sample
     recording = Recording(time, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
     try:
@@ -112,7 +119,7 @@ def look(rows: Array, sample: float, theta: Array, begun: float, executor: Execu
         outcome = diagnose([recording], _model(np.array(astuple(Prior()))), executor=executor)
     found = answer_of(outcome)
     bias, rate = found.sensor.bias, found.sensor.rate
-    return replace(found, sensor=found.sensor._replace(bias=bias - rate * (begun + first * sample)))
+    return replace(found, sensor=found.sensor._replace(bias=bias - rate * begun))
 
 
 def _model(theta: Array) -> FlexibleBoxModel:

@@ -7,6 +7,7 @@ from pydrake.systems.framework import Context, State
 from mmt_drake.closing import Closing
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
+from mmt_drake.learning.along_normal import left_along_normal
 from mmt_drake.learning.answer import ROW, LookResult
 from mmt_drake.learning.beside import Looks, Question
 from mmt_drake.learning.options import Learning
@@ -16,6 +17,7 @@ from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import KernelSystem
+from mmt_drake.told_laws import NO_LAWS, told_by
 
 _PERIOD = 0.25  # [s], at which a window is looked at: as rare a tick as may be, for it costs more than others
 PORT_SIZES = {"model": MESSAGE_SIZE, "status": 1}
@@ -27,11 +29,11 @@ _COUNT, _BROKEN, _TIME, _ROWS = _next(), _next(), _next(), _next(0)
 class LawLearner(KernelSystem, Closing):
     """Names the physics that an estimator's numbers leave out, and tells it while it is felt (`mmt_drake.learning`).
 
-    Where the estimator leaves more of a window of contact than its noise explains, the diagnosis holds that window
-    against the library of effects, in a process of its own. Laws that it names and that may be felt are told on
-    `model`, with the numbers beside them, and what of the force is the sensor's. They leave again when they do not earn
-    their place: when a window of contact with them leaves half of what it did without or more, beyond noise, or when a
-    later look finds another answer.
+    Where the estimator leaves more of a window of contact than its noise explains, or a spring and a damper along the
+    normal do (`left_along_normal`), the diagnosis holds that window against the library of effects, in a process of its
+    own. Laws that it names and that may be felt are told on `model`, with the numbers beside them, and what of the
+    force is the sensor's. They leave again when they do not earn their place: when a window of contact with them leaves
+    half of what it did without or more, beyond noise, or when a later look finds another answer.
 
     .. pydrake_system::
 
@@ -140,7 +142,8 @@ class LawLearner(KernelSystem, Closing):
             if not due:
                 return seen
         window = seen.window(self._sample, options)
-        left = left_of(window) if window else left
+        if window:
+            left = max(left_of(window), self._left_along_normal(window, seen.message))
         if question is not None:
             return seen.answered(self._answer(question), left > options.doubt)
         if not window:
@@ -151,6 +154,10 @@ class LawLearner(KernelSystem, Closing):
         question = Question(tuple(piece.rows for piece in window), self._sample, theta.copy(), t, left)
         self._looks.ask(question)
         return seen.asking(question)
+
+    def _left_along_normal(self, window: tuple[Piece, ...], message: ModelMessage | None) -> float:
+        rows, told = np.concatenate([piece.rows for piece in window]), NO_LAWS if message is None else told_by(message)
+        return left_along_normal(rows, self._sample, told)
 
     def _answer(self, question: Question) -> LookResult | None:
         try:

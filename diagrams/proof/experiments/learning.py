@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from mmt_drake.analysis.learned import SETTLES_S, ToldLaws, learned
+from mmt_drake.analysis.learned import SETTLES_S, ForceOff, ToldLaws, learned
 from mmt_drake.analysis.wording import in_percent
 from mmt_drake.diagnosis.tell.wording import all_words
 from mmt_drake.diagrams.proof.experiments.targets import FELT_AFTER, FELT_AFTER_FOREIGN, NOT_ENTERED, WRONG_LAWS
@@ -17,6 +17,7 @@ from mmt_drake.diagrams.proof.studies.drawn import DrawnCases, DrawnFindings, ea
 from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.diagrams.stations.run import run
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
+from mmt_drake.effects import LIBRARY
 
 SECONDS: Final = 50.0
 SOON_S: Final = 20.0
@@ -36,6 +37,11 @@ LAWS: Final[Mapping[str, Mapping[str, float]]] = {
     "presliding_friction": {"sigma0": 500.0},
     "load_dependent_friction": {"mu": 0.3},
     "quadratic_drag": {"c": 100.0},
+    "normal_nonlinear_stiffness": {"k3": 2.0e7},
+    "normal_hunt_crossley_damping": {"lambda": 500.0},
+    "normal_viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.3},
+    "normal_hardening_relaxation": {"k3_maxwell": 2.0e7, "tau": 0.3},
+    "normal_hysteresis": {"alpha": 300.0, "beta": 300.0},
 }
 """Passive laws that are felt, with values at which the numbers alone are noticeably off."""
 SENSOR: Final[Mapping[str, Mapping[str, float]]] = {"force_bias": {"bias": 0.5}, "force_crosstalk": {"gain": 0.2}}
@@ -130,8 +136,8 @@ class LearningCase:
         told: laws of the last message, and effects of the force sensor.
         wrong: laws that entered with a message and that the object has not; one handed in at first has not entered.
         entered_s: contact when all its laws, and no others, were first told; None: they never were, or it has none.
-        before, after: error of the rendered force along x and y, against the plant's without noise: until the first
-            message of the learner, and from the last on.
+        before, after: error of the rendered force along x and y, or along the normal where the law is that one's,
+            against the plant's without noise: until the first message of the learner, and from the last on.
     """
 
     number: int
@@ -147,12 +153,13 @@ class LearningCase:
 
 def run_case(number: int, kind: LearningKind, seed: int) -> LearningCase:
     """One object, felt and learned."""
-    found = learned(run(kind.scenario(number, seed), seconds=SECONDS)) or ToldLaws(None, ())
+    found = learned(run(kind.scenario(number, seed), seconds=SECONDS)) or ToldLaws(ForceOff(), ())
     messages = [tuple(sorted(model.names)) for model in found.told]
     laws = tuple(sorted((*kind.laws, *kind.sensor)))
     before = [kind.first, *messages[1:]] if kind.first else [(), *messages]
     entered = [set(after) - set(last) for last, after in zip(before, messages[bool(kind.first) :], strict=False)]
-    errors = [found.before, *(model.error for model in found.told)]
+    normal = any(LIBRARY[name].axis for name in kind.laws)
+    errors = [off.normal if normal else off.surface for off in (found.before, *(model.error for model in found.told))]
     right = [model.contact for model, names in zip(found.told, messages, strict=True) if names == laws and laws]
     return LearningCase(
         number,
@@ -205,7 +212,8 @@ def judge(cases: Sequence[LearningCase], seed: int) -> DrawnFindings:
     lead = (
         f"Set-up 1 as `setup1-learning` has it, {SECONDS:g} s of strokes each: the thesis's object (the first "
         "draw; others scatter by 0.7 to 1.4) with a law that its ten numbers do not tell. Errors are of the "
-        "rendered force along x and y, against the plant's without noise: before the learner's first message, and "
+        "rendered force along x and y, or along the normal where the law is that one's, against the plant's without "
+        "noise: before the learner's first message, and "
         f"from {SETTLES_S:g} s after its last. The own plant shares the law's kernel with the renderer, the "
         f"foreign one nothing; seed {seed}."
     )

@@ -97,6 +97,8 @@ def offset_findings(fit: LagFit | None, step: float) -> list[Finding]:
     """
     if fit is None or fit.explained < _EXPLAINED or fit.coefficients[0] <= 0.0:
         return []
+    if fit.coefficients[1] < -_EARLY_TOUCH_S * fit.coefficients[0]:  # no contact pumps: the offset stands for a law
+        return []
     figures = {"offset_s": fit.offset, "standard_error_s": fit.standard_error}
     said = f"{1e3 * abs(fit.offset):.2f} +- {1e3 * fit.standard_error:.2f} ms"
     if 1.0 - fit.explained_unshifted < _BETTER * (1.0 - fit.explained):

@@ -33,7 +33,7 @@ _LOOKED_FOR_S = (0.8, 3.0)
 """Of contact after the first doubt, between which another object is looked for: of less any could be said."""
 _KNOWN_S = 2.0
 """Of contact without doubt, after which an object that does not fit is another one."""
-_PART = 0.005
+PART = 0.005
 """Of the force: no model of a real thing is better, and what is rendered need not be."""
 _K2, _B2 = THETA.index("k2"), THETA.index("b2")
 
@@ -115,7 +115,7 @@ def left_of_latest(window: Window, difference: Array, theta: Array, h: float) ->
     passed_on = ((1.0, FORCE), (theta[_K2], POSITION), (theta[_B2], VELOCITY))
     samples = window.samples[latest]
     noise = math.hypot(*(gain * white_noise(samples[:, part][:, :2]) for gain, part in passed_on))
-    return size / max(noise, _PART * of_force, LEAST_NOISE)
+    return size / max(noise, PART * of_force, LEAST_NOISE)
 
 
 def is_unexcited(covariance: Array, prior: Information) -> bool:

@@ -10,9 +10,7 @@ from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import Prior
 from mmt_drake.estimation.output_error.unknowns import LATENESS, NORMAL_DEVIATION, Information
 from mmt_drake.estimation.output_error.window import FORCE
-from mmt_drake.model.normal_axis import replay_normal
-from mmt_drake.numeric.arrays import Array
-from mmt_drake.told_laws import laws_along_normal, told_by_bytes
+from mmt_drake.told_laws import along_normal, told_by_bytes
 
 
 def said_along_normal(known: Knowledge, h: float, part: slice) -> Information:
@@ -23,28 +21,16 @@ def said_along_normal(known: Knowledge, h: float, part: slice) -> Information:
         h: time between samples [s].
         part: which of them.
     """
-    window = known.window
+    window, laws = known.window, told_by_bytes(known.model.tobytes())
     weight = comparable(window, h)[part, 2] / known.noise
-    push = -window.motion[:, [2, 5]].T * window.contact
-    push = np.concatenate([push, _of_laws(known, h)[np.newaxis]])
+    turns = np.flatnonzero(np.diff(window.contact)) + 1
+    changes = h * (turns - 1.0 + window.switch[turns])
+    motion = np.ascontiguousarray(window.motion[:, [2, 5]].T)
+    push = along_normal(laws, h, motion[0], motion[1], window.contact, changes)
     late = np.empty_like(push)
     late_means(push, h, 1, known.x[LATENESS], late)
     psi = late[:2].T[part] * weight[:, np.newaxis]
     return Information(psi.T @ psi, psi.T @ ((window.samples[part, FORCE][:, 2] - late[2, part]) * weight))
-
-
-def _of_laws(known: Knowledge, h: float) -> Array:
-    """(n,) force on the probe of the laws along the normal [N]; of a contact that was there before, relaxed."""
-    window, force = known.window, np.zeros(len(known.window))
-    p = laws_along_normal(told_by_bytes(known.model.tobytes()), *known.normal.tolist())
-    if p is None or not len(window):
-        return force
-    time = h * np.arange(len(window))
-    turns = np.flatnonzero(np.diff(window.contact)) + 1
-    changes = time[turns - 1] + window.switch[turns] * h
-    height, rate = window.motion[:, 2].copy(), window.motion[:, 5].copy()
-    replay_normal(time, height, rate, bool(window.contact[0]), changes, p, force)
-    return force
 
 
 def with_normal_axis(known: Knowledge, prior: Prior, h: float) -> Knowledge:
