@@ -118,6 +118,13 @@ def _normal_part(laws: list[ActiveLaw], along: list[ActiveLaw]) -> Array:
     return np.concatenate([rotation(0.0, 0.0, 0.0), own, head, entries.ravel()])
 
 
+def remembers_along_normal(known: Array) -> bool:
+    """Whether a law along the normal that is known (TOLD_SIZE,) has a memory."""
+    first = _TABLE + HEAD
+    entries = known[first : first + int(known[COUNT]) * ENTRY].reshape(-1, ENTRY)
+    return bool((entries[len(entries) - int(known[ALONG_NORMAL]) :, MEMORY] >= 0.0).any())
+
+
 def along_normal(
     known: Array, sample: float, height: Array, rate: Array, contact: Array, changes: Array | None = None
 ) -> Array:

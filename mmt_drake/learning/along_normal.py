@@ -7,12 +7,9 @@ from scipy import signal
 
 from mmt_drake.estimation.output_error.adequacy import PART
 from mmt_drake.estimation.output_error.fit import LEAST_NOISE
-from mmt_drake.estimation.output_error.window import white_noise
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.told_laws import ALONG_NORMAL, along_normal
+from mmt_drake.told_laws import along_normal, remembers_along_normal
 
-_LATEST: Final = 1000
-"""Samples by which the noise is told."""
 _SMOOTHED: Final = 15, 2
 """Samples, and the order of the polynomial through them, by which motion is smoothed for laws (Savitzky and Golay)."""
 _EDGE_S: Final = 0.02
@@ -22,8 +19,9 @@ _EDGE_S: Final = 0.02
 def left_along_normal(rows: Array, sample: float, known: Array) -> float:
     """What a spring, a damper and the surface's height leave of the force along the normal, over its noise.
 
-    The noise is what no motion does from sample to sample; a small part of the force is allowed beside it, as along the
-    surface (`mmt_drake.estimation.output_error.adequacy`). 0 where there is too little.
+    The noise is what no motion does from sample to sample, by third differences, whatever passes it on. A small part of
+    the force is allowed beside it, as along the surface (`mmt_drake.estimation.output_error.adequacy`). 0 where there
+    is too little.
 
     Args:
         rows: (n, ROW) samples (`mmt_drake.learning.answer`).
@@ -37,14 +35,17 @@ def left_along_normal(rows: Array, sample: float, known: Array) -> float:
     if np.count_nonzero(counts) * sample < _EDGE_S:
         return 0.0
     raw = rows[:, [2, 5]].T
-    height, rate = signal.savgol_filter(raw, *_SMOOTHED, mode="nearest") if known[ALONG_NORMAL] else raw.copy()
-    causes = along_normal(known, sample, height, rate, contact)
-    causes[:2] += [height, rate] - raw  # what is linear needs no smoothing; a law may count noise as a way
+    # A law with a memory would count noise as a way; what is linear needs no smoothing.
+    smooth = signal.savgol_filter(raw, *_SMOOTHED, mode="nearest") if remembers_along_normal(known) else raw.copy()
+    causes = along_normal(known, sample, smooth[0], smooth[1], contact)
+    causes[:2] += smooth - raw
     causes = causes[:, counts]
     felt = force[counts] - causes[2]
     causes[2] = 1.0  # in the place of the laws' own: the surface may be higher or lower
     slopes = np.linalg.lstsq(causes @ causes.T, causes @ felt, rcond=None)[0]
     left = felt - slopes @ causes
-    noise = white_noise(left[-_LATEST:, np.newaxis])
+    at = np.flatnonzero(counts)
+    steps = np.diff(left, 3)[at[3:] - at[:-3] == 3]
+    noise = float(np.sqrt(np.mean(steps**2) / 20.0)) if len(steps) else 0.0
     size, of_force = (float(np.sqrt(np.mean(values**2))) for values in (left, force[counts]))
     return size / max(noise, PART * of_force, LEAST_NOISE)

@@ -36,6 +36,28 @@ def test_numbers_beside_a_known_law_are_found_and_the_force_is_the_object_s(effe
     assert off < 0.003 and far_off > 0.01
 
 
+@pytest.mark.parametrize(
+    "effect",
+    [
+        ToldEffect("normal_nonlinear_stiffness", {"k3": 2e7}),
+        ToldEffect("normal_hunt_crossley_damping", {"lambda": 500.0}),
+        ToldEffect("normal_viscoelastic_relaxation", {"k_maxwell": 300.0, "tau": 0.1}),
+        ToldEffect("normal_hysteresis", {"alpha": 300.0, "beta": 150.0}),
+    ],
+    ids=lambda effect: effect.name,
+)
+def test_the_normal_axis_beside_a_law_that_is_known_is_found(effect: ToldEffect) -> None:
+    (theta, _), (bent, _) = found(effect, effect), found(effect)
+    np.testing.assert_allclose(theta[6:8], OBJECT.theta()[6:8], rtol=0.005)
+    assert np.abs(bent[6:8] / OBJECT.theta()[6:8] - 1.0).max() > 0.1, "without it the numbers bend"
+
+
+def test_a_law_along_the_normal_and_friction_of_the_load_are_not_both_taken_up() -> None:
+    pressed = ToldEffect("normal_nonlinear_stiffness", {"k3": 2e7})
+    with pytest.raises(BadInput, match="no law along the normal beside it"):
+        OutputErrorOptions(effects=(AMONTONS, pressed))
+
+
 def test_a_law_too_fast_to_follow_is_left_out_and_the_run_goes_on() -> None:
     seen = contact(1.0)
     tick = np.column_stack([seen.time, seen.measurement, seen.in_contact])

@@ -1,0 +1,48 @@
+"""What is left along the normal, of forces that a formula makes."""
+
+import numpy as np
+import pytest
+
+from mmt_drake.learning.along_normal import left_along_normal
+from mmt_drake.learning.answer import ROW
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.told_laws import NO_LAWS, told_by
+
+SAMPLE = 0.002
+CUBIC = ToldEffect("normal_nonlinear_stiffness", {"k3": 2e7})
+GROWS = ToldEffect("normal_hunt_crossley_damping", {"lambda": 500.0})
+
+
+def pressed(k3: float = 0.0, growth: float = 0.0, higher: float = 0.0, seconds: float = 8.0) -> Array:
+    """(n, ROW) presses 4 mm deep and lifts, on a spring of 500 N/m and a damper of 60 N s/m, with sensors' noise."""
+    t = np.arange(round(seconds / SAMPLE)) * SAMPLE
+    z = -0.002 - 0.003 * np.sin(5.0 * t)
+    v = -0.015 * np.cos(5.0 * t)
+    depth = np.maximum(higher - z, 0.0)
+    force = (500.0 * depth + k3 * depth**3 - 60.0 * (1.0 + growth * depth) * v) * (depth > 0.0)
+    rows, random = np.zeros((len(t), ROW)), np.random.default_rng(0)
+    rows[:, 2], rows[:, 5], rows[:, 8], rows[:, 9] = z, v, force, depth > 0.0
+    rows[:, :9] += np.repeat([1e-5, 5e-4, 0.02], 3) * random.standard_normal((len(t), 9))
+    return rows
+
+
+def told(effect: ToldEffect) -> Array:
+    return told_by(ModelMessage(UNKNOWN_THETA, (effect,)))
+
+
+@pytest.mark.parametrize("higher", [0.0, 5e-4])
+def test_of_a_spring_and_a_damper_noise_alone_is_left_wherever_the_surface_is(higher: float) -> None:
+    assert left_along_normal(pressed(higher=higher), SAMPLE, NO_LAWS) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rows", "law"), [(pressed(k3=2e7), CUBIC), (pressed(growth=500.0), GROWS)], ids=["spring", "damper"]
+)
+def test_a_law_leaves_more_until_it_is_told(rows: Array, law: ToldEffect) -> None:
+    assert left_along_normal(rows, SAMPLE, NO_LAWS) > 2.0
+    assert left_along_normal(rows, SAMPLE, told(law)) < 1.3
+
+
+def test_without_contact_nothing_is_left() -> None:
+    assert left_along_normal(np.zeros((500, ROW)), SAMPLE, NO_LAWS) == 0.0
