@@ -33,7 +33,7 @@ class ForceOff(NamedTuple):
     @property
     def words(self) -> str:
         """For a person."""
-        return f"{percent(self.surface)}, along the normal {percent(self.normal)}"
+        return f"{percent(self.surface)} along the surface, {percent(self.normal)} along the normal"
 
 
 @dataclass(frozen=True)

@@ -37,10 +37,10 @@ def stored_energy(state: Array, p: Array) -> float:
         if contact:
             d = state[PROBE + i] - x - state[body + ANCHOR]
             energy += 0.5 * p[K2] * d * d
+    if contact and p[NORMAL_AXIS] != 0.0:
+        energy += stored_along_normal(state, p)
     if contact and is_level(facet_of(state)):
         energy += 0.5 * p[NORMAL_K] * state[PROBE + 2] ** 2
-        if p[NORMAL_AXIS] != 0.0:
-            energy += stored_along_normal(state, p)
     elif contact:
         above = height_above(facet_of(state), tip_of(state))
         energy += 0.5 * (p[K2] * deflection_of(state)[2] ** 2 + p[NORMAL_K] * above**2)
@@ -51,6 +51,6 @@ def stored_energy(state: Array, p: Array) -> float:
 def _stored_in_laws(state: Array, p: Array) -> float:
     c, (first, second) = constants(p), axes_of_laws(state)
     x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
-    along, across = around_axis(state, 0, first, c), around_axis(state, 1, second, c)
+    along, across = around_axis(state, 0, first, p, c), around_axis(state, 1, second, p, c)
     of_x = stored_in_laws(x, 0.0, along, c, beside(y, 0.0, across, c))
     return of_x + stored_in_laws(y, 0.0, across, c, beside(x, 0.0, along, c))

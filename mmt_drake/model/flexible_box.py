@@ -104,7 +104,7 @@ def begin(state: Array, t: float, motion: Array, contact: float, p: Array) -> No
         state[BODY + AXIS_SIZE * i + ANCHOR] = motion[i]
     c = constants(p)
     if touching and c.normal_axis != 0.0:
-        begin_normal(state, NORMAL, motion[2], _normal_constants(p, c))
+        begin_normal(state, NORMAL, motion[2], normal_constants(p, c))
     _read_sensor(state, 0.0, p, c)
 
 
@@ -143,10 +143,10 @@ def advance(
             touch(state, BODY, along, s_switch, c)
             touch(state, BODY + AXIS_SIZE, across, s_switch, c)
             if c.normal_axis != 0.0:
-                touch_normal(state, NORMAL, height, s_switch, _normal_constants(p, c))
+                touch_normal(state, NORMAL, height, s_switch, normal_constants(p, c))
         if s < s_end:
             if c.normal_axis != 0.0 and touches:
-                load = press(state, NORMAL, height, s, s_end, start, _normal_constants(p, c))
+                load = press(state, NORMAL, height, s, s_end, start, normal_constants(p, c))
             _move(state, s, s_end, along, across, load, touches, start, push_x, push_y, c, p)
     state[TIME] = t
     state[CONTACT] = 1.0 if after else 0.0
@@ -199,7 +199,7 @@ def path_of_probe(state: Array, motion: Array, i: int, h: float) -> Cubic:
 
 
 @njit(error_model="numpy", forceinline=True)
-def _normal_constants(p: Array, c: Constants) -> Constants:
+def normal_constants(p: Array, c: Constants) -> Constants:
     """Those of the normal axis, which stands in the kernel vector for itself, with the body's normal_k and normal_b."""
     own = p[int(c.normal_axis) + TURN_SIZE :]
     own[K1], own[B2] = p[NORMAL_K], p[NORMAL_B]
@@ -208,10 +208,24 @@ def _normal_constants(p: Array, c: Constants) -> Constants:
 
 @njit(error_model="numpy")
 def stored_along_normal(state: Array, p: Array) -> float:
-    """The energy that laws along the normal hold at the latest sample, in contact with a level surface [J]."""
-    height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
-    c = _normal_constants(p, constants(p))
-    return stored_in_normal_laws(state, NORMAL, height, 0.0, state[TIME] - state[BEGAN], c)
+    """The energy that laws along the normal hold at the latest sample, in contact [J]."""
+    own = normal_constants(p, constants(p))
+    return stored_in_normal_laws(state, NORMAL, _above(state), 0.0, state[TIME] - state[BEGAN], own)
+
+
+@njit(error_model="numpy")
+def _above(state: Array) -> Cubic:
+    """The tip's height above the surface at the latest sample [m], and its rate."""
+    facet = facet_of(state)
+    if is_level(facet):
+        return Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
+    return Cubic(height_above(facet, tip_of(state)), dot(facet.n, get(state, PROBE + 3)), 0.0, 0.0)
+
+
+@njit(error_model="numpy")
+def _along_normal(state: Array, p: Array, c: Constants) -> float:
+    """Force along the normal at the latest sample, in contact, where the kernel vector says more of it [N]."""
+    return pressed(state, NORMAL, _above(state), 0.0, state[TIME] - state[BEGAN], normal_constants(p, c))
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -222,7 +236,7 @@ def _forces(state: Array, p: Array, c: Constants) -> tuple[float, float, float]:
     t = state[TIME] - state[BEGAN]
     height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
     if c.normal_axis != 0.0:
-        height = Cubic(pressed(state, NORMAL, height, 0.0, t, _normal_constants(p, c)), 0.0, 0.0, 0.0)
+        height = Cubic(pressed(state, NORMAL, height, 0.0, t, normal_constants(p, c)), 0.0, 0.0, 0.0)
     x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
     along, across = _around(state, 0, height, t, c), _around(state, 1, height, t, c)
     felt_x, felt_y = contact_forces(x, y, 0.0, along, across, c)
@@ -246,7 +260,7 @@ def _read_sensor(state: Array, h: float, p: Array, c: Constants) -> None:
     sense(state, BODY, x, z, t, h, c)
     sense(state, BODY + AXIS_SIZE, y, z, t, h, c)
     if c.normal_axis != 0.0:
-        sense(state, NORMAL, z, z, t, h, _normal_constants(p, c))
+        sense(state, NORMAL, z, z, t, h, normal_constants(p, c))
     else:
         state[NORMAL + READING] = z
 
@@ -294,10 +308,11 @@ def axes_of_laws(state: Array) -> tuple[Vector, Vector]:
 
 
 @njit(error_model="numpy")
-def around_axis(state: Array, i: int, axis: Vector, c: Constants) -> Surroundings:
+def around_axis(state: Array, i: int, axis: Vector, p: Array, c: Constants) -> Surroundings:
     """What acts along an axis on the body, of which it is the first (0) or the second (1), at the latest sample."""
-    facet, tip, rate = facet_of(state), get(state, PROBE), get(state, PROBE + 3)
-    height = Cubic(height_above(facet, tip_of(state)), dot(facet.n, rate), 0.0, 0.0)
+    tip, rate, height = get(state, PROBE), get(state, PROBE + 3), _above(state)
+    if c.normal_axis != 0.0 and state[CONTACT] != 0.0:
+        height = Cubic(_along_normal(state, p, c), 0.0, 0.0, 0.0)
     x = state[BODY + AXIS_SIZE * i + POSITION]
     probe, anchor = dot(axis, tip), dot(axis, tip) - x - dot(axis, deflection_of(state))
     t, contact = state[TIME] - state[BEGAN], state[CONTACT] != 0.0
@@ -305,11 +320,11 @@ def around_axis(state: Array, i: int, axis: Vector, c: Constants) -> Surrounding
 
 
 @njit(error_model="numpy")
-def _push_of_laws(state: Array, c: Constants) -> Vector:
+def _push_of_laws(state: Array, p: Array, c: Constants) -> Vector:
     """By which laws of a contact push the body, on a surface that is not level [N]."""
     first, second = axes_of_laws(state)
     x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
-    along, across = around_axis(state, 0, first, c), around_axis(state, 1, second, c)
+    along, across = around_axis(state, 0, first, p, c), around_axis(state, 1, second, p, c)
     push_x = law_push(x, 0.0, along, c, beside(y, 0.0, across, c))
     return plus(times(push_x, first), times(law_push(y, 0.0, across, c, beside(x, 0.0, along, c)), second))
 
@@ -321,8 +336,11 @@ def force_on_probe(state: Array, p: Array, force: Array) -> None:
     if is_level(facet_of(state)):
         force[0], force[1], force[2] = _forces(state, p, c)
     elif state[CONTACT] != 0.0:
-        felt = force_of(touch_of(state, c), get(state, FACET))
-        force[0], force[1], force[2] = felt if c.laws == 0 else minus(felt, _push_of_laws(state, c))
+        touch = touch_of(state, c)
+        if c.normal_axis != 0.0:
+            touch = Touch(_along_normal(state, p, c), touch.tangential, touch.limited)
+        felt = force_of(touch, get(state, FACET))
+        force[0], force[1], force[2] = felt if c.laws == 0 else minus(felt, _push_of_laws(state, p, c))
     else:
         force[0] = force[1] = force[2] = 0.0
 

@@ -30,7 +30,8 @@ from mmt_drake.model.local_contact import (
     touching,
     turned,
 )
-from mmt_drake.model.parameters import Constants, accurate_step
+from mmt_drake.model.normal_axis import begin_normal, press, touch_normal
+from mmt_drake.model.parameters import NORMAL_AXIS, Constants, accurate_step
 from mmt_drake.model.tangential import advance_object
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.vectors import ZERO, Vector, dot, get, minus, plus, times
@@ -62,6 +63,9 @@ def begin_on(state: Array, t: float, motion: Array, contact: float, facet: Facet
     put_facet(state, facet)
     if contact == box.CONTACT_BY_GEOMETRY:
         state[box.CONTACT] = 1.0 if height_above(facet, get(motion, 0)) < 0.0 else 0.0
+    if state[box.CONTACT] != 0.0 and p[NORMAL_AXIS] != 0.0:
+        above = height_above(facet, get(motion, 0))
+        begin_normal(state, box.NORMAL, above, box.normal_constants(p, constants(p)))
     _put_anchor(state, get(motion, 0), ZERO)
 
 
@@ -93,7 +97,8 @@ def advance_on(state: Array, t: float, motion: Array, contact: float, facet: Fac
         motion: (6,) position [m] and velocity [m/s] of the probe there.
         contact: as in `flexible_box.advance`.
         facet: the plane that touches the surface at `predicted`.
-        p: kernel vector; its laws act along the two axes of the body, and are not limited where the tip slips.
+        p: kernel vector; its laws act along the two axes of the body, and are not limited where the tip slips. Along
+            the normal it says more only where the surface stays and the tip does not slip.
     """
     before = box.facet_of(state)
     if is_level(facet) and is_level(before):
@@ -166,10 +171,16 @@ def _move(
         if part == 1 and is_in and not was_in:
             touch(state, _X, along, s_switch, c)
             touch(state, _Y, across_it, s_switch, c)
+            if c.normal_axis != 0.0:
+                touch_normal(state, box.NORMAL, height, s_switch, box.normal_constants(p, c))
             state[box.ANCHOR_Z] = position_at(paths.z, s_switch)
         s, s_end, held = (0.0, s_switch, was_in) if part == 0 else (s_switch, h, is_in)
         if s < s_end:
-            _push(state, s, s_end, along, across_it, paths, facet, height, held, slips and part == 0, way, c, p)
+            load = height
+            if c.normal_axis != 0.0 and held:
+                start = state[box.TIME] - state[box.BEGAN]
+                load = press(state, box.NORMAL, height, s, s_end, start, box.normal_constants(p, c))
+            _push(state, s, s_end, along, across_it, paths, facet, load, held, slips and part == 0, way, c, p)
     tip = get(motion, 0)
     if facet.world != 0.0:
         dx = dot(first, tip) - state[_X + POSITION] - state[_X + ANCHOR]
@@ -193,7 +204,7 @@ def _push(
     across_it: Cubic,
     paths: Paths,
     facet: Facet,
-    height: Cubic,
+    load: Cubic,
     contact: bool,
     slips: bool,
     way: Vector,
@@ -225,4 +236,4 @@ def _push(
             first = spring_of(facet, 0, paths, to_y, anchor, slips, way, c)
             second = spring_of(facet, 1, paths, to_x, anchor, slips, way, c)
             both = (first, second, c, p.ctypes.data, len(p))
-            advance_object(state, box.BODY, s0, s1, along, across_it, height, contact, start, *both)
+            advance_object(state, box.BODY, s0, s1, along, across_it, load, contact, start, *both)

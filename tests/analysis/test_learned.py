@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmt_drake.analysis.learned import SETTLES_S, learned
+from mmt_drake.analysis.learned import SETTLES_S, ForceOff, learned
 from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.recording import Recording
@@ -15,7 +15,10 @@ TIME = np.arange(COUNT) * STEP
 
 
 def recording(*messages: tuple[float, ModelMessage], delay: float = 0.0, off: float = 0.1) -> Recording:
-    """A run whose rendered force is off by a share until the first message, and by a tenth of that from it on."""
+    """A run whose rendered force is off by a share until the first message, and by a tenth of that from it on.
+
+    Along the normal it is twice that.
+    """
     model = np.zeros((COUNT, len(MESSAGE)))
     for since, message in messages:
         model[since <= TIME] = message.vector()
@@ -26,7 +29,7 @@ def recording(*messages: tuple[float, ModelMessage], delay: float = 0.0, off: fl
     for axis in "xyz":
         columns[f"true_force_{axis}"] = columns[f"force_{axis}"] = plant
         ahead = round(delay / STEP)
-        rendered = (1.0 + share) * plant
+        rendered = (1.0 + share * (2.0 if axis == "z" else 1.0)) * plant
         columns[f"rendered_force_{axis}"] = np.append(rendered[ahead:], np.full(ahead, rendered[-1]))
     return Recording(TIME, columns, made_by={DELAY: f"{delay:g}"})
 
@@ -37,10 +40,12 @@ def test_the_error_before_and_after_a_law_is_told(delay: float) -> None:
     assert found is not None and len(found.told) == 1
     (told,) = found.told
     assert told.at == 5.0 and told.contact == pytest.approx(4.0, abs=0.002) and told.effects == (CUBIC,)
-    assert found.before == pytest.approx(0.1, rel=1e-6) and told.error == pytest.approx(0.01, rel=1e-6)
+    assert found.before == pytest.approx((0.1, 0.2), rel=1e-6) and told.error == pytest.approx((0.01, 0.02), rel=1e-6)
     assert found.line() == (
-        "told while it was felt: rendered force off by 10 %; from 5.00 s on nonlinear stiffness (k3 = 3e+06 N/m^3): 1 %"
+        "told while it was felt: rendered force off by 10 % along the surface, 20 % along the normal; from 5.00 s on "
+        "nonlinear stiffness (k3 = 3e+06 N/m^3): 1 % along the surface, 2 % along the normal"
     )
+    assert found.to_json()["before"] == pytest.approx(0.1) and found.to_json()["normal_before"] == pytest.approx(0.2)
     assert found.to_json()["told"][0]["effects"] == [{"name": "nonlinear_stiffness", "parameters": {"k3": 3e6}}]
 
 
@@ -48,7 +53,7 @@ def test_what_the_force_sensor_adds_is_told_with_the_laws() -> None:
     message = ModelMessage(UNKNOWN_THETA, (CUBIC,), sensor=SensorError(gain=0.2))
     found = learned(recording((5.0, message)))
     assert found is not None and found.told[0].names == ("nonlinear_stiffness", "force_crosstalk")
-    assert "and force crosstalk (gain = 0.2): 1 %" in found.line()
+    assert "and force crosstalk (gain = 0.2): 1 % along" in found.line()
     assert found.to_json()["told"][0]["sensor"] == {"bias": 0.0, "rate": 0.0, "gain": 0.2, "tau": 0.0}
 
 
@@ -57,7 +62,7 @@ def test_a_law_that_leaves_is_told_too_and_a_message_without_contact_after_it_ha
     found = learned(recording(*messages))
     assert found is not None
     assert [told.effects for told in found.told] == [(CUBIC,), ()]
-    assert found.told[1].error is None and "from 11.50 s on no law: unknown" in found.line()
+    assert found.told[1].error == ForceOff() and "from 11.50 s on no law: unknown" in found.line()
     assert messages[1][0] - messages[0][0] > SETTLES_S
 
 

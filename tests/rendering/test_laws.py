@@ -224,14 +224,17 @@ def test_a_law_along_the_normal_keeps_its_share_and_memory_when_one_along_the_su
     assert p[entry + ENTRY + MEMORY] == 2.0 and state[normal] == 0.0 and state[normal + 2] == 0.003
 
 
-def test_laws_along_the_normal_are_left_out_where_the_surface_is_not_level():
-    motion, slope = moving(600), np.tile([0.0, np.sin(0.02), np.cos(0.02), 0.0], (600, 1))
-    plane = np.where(np.arange(600)[:, np.newaxis] < 300, [0.0, 0.0, 1.0, 0.0], slope)
-    found, bare = (Felt(AtOnce(), motion, laws, plane=plane) for laws in (told(1, PRESSED, CUBIC), NO_LAWS))
-    assert np.all(found.status[1:300] == RENDERING) and np.all(found.status[301:] == NOT_FELT)
-    assert np.abs(found.force[:300] - bare.force[:300]).max() > 0.1
-    energy = Felt(EnergyPermitting(0.02), motion, told(1, PRESSED, CUBIC), plane=plane)
-    assert energy.balance().min() > -1e-5
+def test_on_a_slope_a_law_along_its_normal_makes_the_force_of_its_formula_and_gives_no_energy():
+    motion, n = moving(3000), np.array([np.sin(0.2), 0.0, np.cos(0.2)])
+    above, rate = motion[:, :3] @ n, motion[:, 3:] @ n
+    plane, contact = np.tile([*n, 0.0], (3000, 1)), (above < 0.0).astype(float)
+    found = Felt(AtOnce(), motion, told(1, PRESSED, CUBIC), contact=contact, plane=plane)
+    theta = BOX.theta()
+    normal = -(theta[6] * above + 2e7 * above**3 + theta[7] * rate) * contact
+    np.testing.assert_allclose(found.force[1:] @ n, normal[1:], atol=1e-9 * np.abs(normal).max())
+    for effects in ((PRESSED, CUBIC), (YIELDS, ROUND)):
+        felt = Felt(EnergyPermitting(0.02), motion, told(1, *effects), contact=contact, plane=plane)
+        assert np.abs(felt.force).max() > 1.0 and felt.balance().min() > -1e-5
 
 
 def test_a_law_that_would_need_too_short_steps_is_passed_over():
@@ -243,7 +246,7 @@ def test_a_law_that_would_need_too_short_steps_is_passed_over():
 def test_on_a_plane_that_is_next_to_level_laws_are_what_they_are_on_a_level_surface():
     motion = moving(2000)
     slope = np.tile([0.0, np.sin(1e-7), np.cos(1e-7), 1e-9], (2000, 1))
-    for effects in ((CUBIC,), (LOOP, LATE)):
+    for effects in ((CUBIC,), (LOOP, LATE), (PRESSED, ROUND), (YIELDS, CUBIC)):
         level, tilted = (Felt(AtOnce(), motion, told(1, *effects), plane=plane) for plane in (None, slope))
         np.testing.assert_allclose(tilted.force, level.force, atol=1e-4 * np.abs(level.force).max())
         np.testing.assert_allclose(tilted.stored, level.stored, atol=1e-4 * level.stored.max())
