@@ -91,10 +91,8 @@ def told_by(message: ModelMessage) -> Array:
     told[_BOUNDS] = math.fsum(law.stiffness for law in along)
     told[_BOUNDS + 1] = math.fsum(law.damping for law in along)
     told[_USES:] = -1.0
-    order = sorted(
-        effects, key=lambda both: (bool(both[0].axis), both[1].law.slot, both[1].law.order)
-    )  # as in the table
-    for place, (effect, _) in enumerate(order):
+    in_table = sorted(effects, key=lambda both: (bool(both[0].axis), both[1].law.slot, both[1].law.order))
+    for place, (effect, _) in enumerate(in_table):
         uses = _USES + place * LAW_PARAMETERS + len(effect.parameters)
         told[uses : uses + len(effect.uses)] = [_STANDS.get(symbol, -1) for symbol in effect.uses]
         taken = _TAKEN[effect.replaces] if effect.replaces is not None else ()
@@ -142,7 +140,7 @@ def along_normal(
     found = np.vstack([-height, -rate, np.zeros(len(height))]) * contact
     if known[ALONG_NORMAL] == 0.0 or not len(height):
         return found
-    time = sample * np.arange(len(height))
+    time: Array = sample * np.arange(len(height), dtype=np.float64)
     changes = time[1:][np.diff(contact) != 0.0] if changes is None else changes
     laws = np.empty((3, len(height)))
     for force, k, b in zip(laws, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), strict=True):
