@@ -41,7 +41,7 @@ LAWS: Final[Mapping[str, Mapping[str, float]]] = {
     "normal_hunt_crossley_damping": {"lambda": 500.0},
     "normal_viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.3},
     "normal_hardening_relaxation": {"k3_maxwell": 2.0e7, "tau": 0.3},
-    "normal_hysteresis": {"alpha": 300.0, "beta": 300.0},
+    "normal_hysteresis": {"alpha": 300.0, "beta": 1000.0},
 }
 """Passive laws that are felt, with values at which the numbers alone are noticeably off."""
 SENSOR: Final[Mapping[str, Mapping[str, float]]] = {"force_bias": {"bias": 0.5}, "force_crosstalk": {"gain": 0.2}}
