@@ -1,5 +1,6 @@
 """A station with a learner: who is connected to whom, what is refused, and what is felt in the end."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +19,14 @@ from mmt_drake.model_message import UNKNOWN_THETA, ToldEffect
 from mmt_drake.recording import load
 
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
+PRESSED = ToldEffect("normal_nonlinear_stiffness", {"k3": 2e7})
 
 
 class Naming(Looks):
     """Names the law that the object has."""
 
-    def __init__(self) -> None:
-        self.closed = False
+    def __init__(self, law: ToldEffect) -> None:
+        self.law, self.closed = law, False
 
     def close(self) -> None:
         self.closed = True
@@ -33,7 +35,7 @@ class Naming(Looks):
         """Nothing is to be looked for."""
 
     def answer(self, question: Question, *, here: bool) -> LookResult | None:
-        return LookResult("missing_physics", (CUBIC,), UNKNOWN_THETA)
+        return LookResult("missing_physics", (self.law,), UNKNOWN_THETA)
 
 
 def test_a_message_crosses_the_network_where_there_is_a_learner_and_nowhere_else() -> None:
@@ -54,22 +56,26 @@ def test_a_learner_whose_news_nobody_could_take_up_is_refused(change: str, what:
         load_scenario("setup1-learning", [change, "switching=telerobot"])
 
 
-def test_a_law_that_is_told_is_felt_and_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("law", "where"), [(CUBIC, "surface"), (PRESSED, "normal")])
+def test_a_law_that_is_told_is_felt_and_recorded(
+    law: ToldEffect, where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made: list[Naming] = []
 
     def make(idle: bool) -> Naming:
-        made.append(Naming())
+        made.append(Naming(law))
         return made[-1]
 
     monkeypatch.setattr(law_learner, "Looks", make)
     changes = ["learner.window=3.0", "learner.delay=0.5", "to_telerobot.delay=0.1", "to_operator.delay=0.1"]
+    changes += [f"environment.object.effects={json.dumps([{'name': law.name, 'parameters': law.parameters}])}"]
     station = build_station(load_scenario("setup1-learning", changes), record=tmp_path / "run.mcap")
     station.simulate(8.0)
     assert made[0].closed
     recording = load(tmp_path / "run.mcap")
     found = learned(recording)
-    assert found is not None and [told.effects for told in found.told] == [(CUBIC,)]
-    assert found.before is not None and found.told[0].error is not None
-    assert found.told[0].error < 0.25 * found.before
-    assert (recording["renderer_status"] != 7.0).all(), "no packet between two messages is taken for one"
+    assert found is not None and [told.effects for told in found.told] == [(law,)]
+    before, after = (getattr(off, where) for off in (found.before, found.told[0].error))
+    assert 0.02 < before and after < 0.25 * before
+    assert (recording["renderer_status"] < 7.0).all(), "no packet between two messages is taken for one"
     assert np.unique(recording["learner_status"]).tolist() == [0.0, 1.0, 2.0]
