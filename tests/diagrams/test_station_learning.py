@@ -76,6 +76,6 @@ def test_a_law_that_is_told_is_felt_and_recorded(
     found = learned(recording)
     assert found is not None and [told.effects for told in found.told] == [(law,)]
     before, after = (getattr(off, where) for off in (found.before, found.told[0].error))
-    assert 0.02 < before and after < 0.25 * before
+    assert before > 0.02 and after < 0.25 * before
     assert (recording["renderer_status"] < 7.0).all(), "no packet between two messages is taken for one"
     assert np.unique(recording["learner_status"]).tolist() == [0.0, 1.0, 2.0]
