@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
+from mmt_drake.errors import MmtError
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.law_table import ENTRY, HEAD, MEMORY, VALUES, table
 from mmt_drake.model.laws import LAW_PARAMETERS, ActiveLaw
@@ -128,7 +129,8 @@ def along_normal(
 ) -> Array:
     """(3, n) force along the normal with the laws that are known: of each unit of its k and b, and the rest [N].
 
-    Both are linear in it, be it that a law is in proportion to one of them. A contact at the first sample has relaxed.
+    Both are linear in it, be it that a law is in proportion to one of them. Of a contact at the first sample what may
+    relax has relaxed, and a loop is in its middle.
 
     Args:
         known: (TOLD_SIZE,).
@@ -136,6 +138,9 @@ def along_normal(
         height, rate: (n,) of the probe above the surface [m], [m/s].
         contact: (n,) 0 or 1.
         changes: (c,) times of touch and release after the first sample [s]; the samples at which it is so by default.
+
+    Raises:
+        MmtError: a law is too fast to be followed from sample to sample.
     """
     found = np.vstack([-height, -rate, np.zeros(len(height))]) * contact
     if known[ALONG_NORMAL] == 0.0 or not len(height):
@@ -148,7 +153,10 @@ def along_normal(
         p[NORMAL_K], p[NORMAL_B] = k, b
         put_laws(known, p)
         axis = p[_NORMAL + TURN_SIZE :]
-        replay_normal(time, height, rate, bool(contact[0]), changes, axis, force)
+        try:
+            replay_normal(time, height, rate, bool(contact[0]), changes, axis, force)
+        except RuntimeError as error:  # as of a fit along the surface
+            raise MmtError(str(error)) from None
     found[:2] += laws[:2] - laws[2]
     found[2] = laws[2]
     return found

@@ -142,7 +142,7 @@ class Scenario:
             expected = "flexible_box, which has laws"
             raise BadInput("scenario", at="renderer.structure", found=self.renderer.structure, expected=expected)
         if self.shape is not None:
-            expected = "null: laws of a surface that is not level are not felt"
+            expected = "null: laws of a surface that is not level are not learned"
             raise BadInput("scenario", at="learner", found="a learner", expected=expected)
 
     @property

@@ -1,5 +1,6 @@
 """Laws that came to be told while a run went on, and what that changed in what was felt."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from mmt_drake.analysis.signals import component, delayed, flag, mean_step
 from mmt_drake.analysis.wording import percent
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import attempt
 from mmt_drake.model.message_layout import MESSAGE, SENSOR
 from mmt_drake.model_message import NO_ERROR, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array, Flags
@@ -105,15 +106,10 @@ def learned(recording: Recording) -> ToldLaws | None:
         return None
     step, contact = mean_step(recording), flag(recording, "in_contact")
     seconds = step * np.cumsum(contact)
-    try:
-        off = [_off(recording, step, axes) for axes in ("xy", "z")]
-    except BadInput:
-        off = []
+    both = [attempt(_off, recording, step, axes) for axes in ("xy", "z")]
 
     def error(samples: Flags) -> ForceOff:
-        if not samples.any():
-            return ForceOff()
-        return ForceOff(*(float(np.sqrt(np.sum(left[samples]) / np.sum(size[samples]))) for left, size in off))
+        return ForceOff(*(None if off is None else _of_all(*(squares[samples] for squares in off)) for off in both))
 
     starts = np.flatnonzero(np.diff(numbers, prepend=0.0) != 0.0)
     ends = [*starts[1:].tolist(), len(numbers)]
@@ -125,6 +121,12 @@ def learned(recording: Recording) -> ToldLaws | None:
         samples = contact & (at >= start + round(SETTLES_S / step)) & (at < end) & (seconds > _FIRST_S)
         told.append(ToldModel(float(recording.time[start]), float(seconds[start]), effects, sensor, error(samples)))
     return ToldLaws(error(contact & (at < starts[0]) & (seconds > _FIRST_S)), tuple(told))
+
+
+def _of_all(left: Array, size: Array) -> float | None:
+    """The error over some samples; None where there was no force."""
+    whole = float(np.sum(size))
+    return math.sqrt(float(np.sum(left)) / whole) if whole > 0.0 else None
 
 
 def _off(recording: Recording, step: float, axes: str) -> tuple[Array, Array]:

@@ -33,7 +33,7 @@ class Question:
         sample: time between them [s].
         theta: (10,) numbers of the estimator.
         asked: when [s].
-        left: what the estimator left of the contact, over its noise [1].
+        left: what was left of the contact, over its noise, see `Learning.doubt` [1].
     """
 
     pieces: tuple[Array, ...]

@@ -5,7 +5,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
 from mmt_drake.closing import Closing
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.learning.along_normal import left_along_normal
 from mmt_drake.learning.answer import ROW, LookResult
@@ -17,7 +17,7 @@ from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import KernelSystem
-from mmt_drake.told_laws import NO_LAWS, told_by
+from mmt_drake.told_laws import NO_LAWS, told_by_bytes
 
 _PERIOD = 0.25  # [s], at which a window is looked at: as rare a tick as may be, for it costs more than others
 PORT_SIZES = {"model": MESSAGE_SIZE, "status": 1}
@@ -156,8 +156,10 @@ class LawLearner(KernelSystem, Closing):
         return seen.asking(question)
 
     def _left_along_normal(self, window: tuple[Piece, ...], message: ModelMessage | None) -> float:
-        rows, told = np.concatenate([piece.rows for piece in window]), NO_LAWS if message is None else told_by(message)
-        return left_along_normal(rows, self._sample, told)
+        rows = np.concatenate([piece.rows for piece in window])
+        told = NO_LAWS if message is None else told_by_bytes(message.vector().tobytes())
+        left = attempt(left_along_normal, rows, self._sample, told)
+        return 0.0 if left is None else left  # a law too fast for the samples, of which nothing can be said
 
     def _answer(self, question: Question) -> LookResult | None:
         try:

@@ -13,8 +13,9 @@ class Learning(Checked):
     Attributes:
         window: how much of the contact is looked at [s]. Where nothing could be said of it twice as much is looked at
             the next time, three times at most.
-        doubt: what the estimator must leave of the contact, over its noise, for a look to be worth while [1]: the
-            median over the later half of the window.
+        doubt: what must be left of the contact, over its noise, for a look to be worth while [1]: along the surface by
+            the estimator, the median over the later half of the window; along the normal by a spring, a damper and a
+            height, over all of it.
         delay: in simulation, after which an answer is taken up [s of simulation]; it is waited for, so that runs repeat
             bit for bit. With `worker`, in real time, an answer is taken up when it comes.
         sample: about the time between samples of a window [s].

@@ -255,6 +255,7 @@ def render_on(
     firm = facet.world != 0.0 and facet.mu == math.inf
     if not firm:
         silence(p)
+        silence(target)
     if status == RENDERING:
         write_theta(theta, rule[updates.LONGEST_STEP], rule[updates.IN_PLANE], target)
         if by_energy:

@@ -38,8 +38,8 @@ MOST_BESIDE_A_FAMILY = 0.5
 """A family is sure only if it is no more than this part of it: what is left may be the better half of another one."""
 
 SURELY, MUCH_FARTHER = 5.0, 3.0
-"""In free space a fit is ruled out that misses the mean of the force by so many standard errors, and so many times as
-far as another one."""
+"""In free space a fit is ruled out that misses the mean of the force so many times as far (the second) as another one,
+which counts as missing it by so many standard errors at least (the first)."""
 
 SLIGHT = 0.03
 """An effect that takes less than this part of what another one of its block takes is no surer than the block."""

@@ -35,7 +35,7 @@ OVERSAMPLING = 12.0
 _SILENT = 1e-5  # of an input's spread: noise that rounding, or the leakage of its spectrum, makes
 _TOUCH = 0.25  # of the filter's half length, about two of its lobes
 _BEFORE_TOUCH_S = 0.05  # free space ends so long before a touch
-_AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
+AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
     output = columns.table(outputs)
     rest = None
     if not driven and not flags.all():
-        settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + _AFTER_RELEASE_S])
+        settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + AFTER_RELEASE_S])
         free = ~(near(clock.times(), contact.touches, _BEFORE_TOUCH_S) | near(clock.times(), settling, 0.0) | flags)
         rest = at_rest(output, clock.rate_hz, free, low_pass.band_hz)
     if rest is not None:

@@ -115,7 +115,7 @@ class Learner:
         if not known.window.weight[-known.fresh :].any() or known.fresh * _FITS_PER_WINDOW < len(known.window):
             return known
         with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
-            return self._fitted(with_normal_axis(known, self.options.prior, self.h))
+            return self._fitted(self._with_normal_axis(known))
 
     def met(self, known: Knowledge, thing: int, size: Sequence[float]) -> Knowledge:
         """Knowledge where the probe is at an object: what there is of it, or else a first guess by its size.
@@ -164,6 +164,7 @@ class Learner:
             anew = replace(anew, normal_memory=Information.none(2))
         if len(window) == 0:
             return anew
+        anew = self._with_normal_axis(anew)
         objective = self._objective(anew)
         starts = x, self._prior(anew).mean()  # the numbers so far may be those of an object that has no such law
         found = (attempt(placed_anew, objective, begun, anew.stick, _ANEW) for begun in starts)
@@ -172,6 +173,10 @@ class Learner:
             return anew
         start, minimum = best
         return replace(anew, start=start, x=minimum.x, noise=objective.noise_left(minimum), held=NO_REPORT)
+
+    def _with_normal_axis(self, known: Knowledge) -> Knowledge:
+        """With the normal axis of the samples at hand, as it was where a law along it is too fast for them."""
+        return attempt(with_normal_axis, known, self.options.prior, self.h) or known
 
     def _with_held_body(self, known: Knowledge, objective: Objective) -> Knowledge:
         """With what the fit says of where friction holds the body at the last sample."""
