@@ -131,11 +131,6 @@ class ModelMessage:
         _ = self.acting
 
     @property
-    def laws(self) -> tuple[ActiveLaw, ...]:
-        """The laws of its effects, in their order, as they act in `box_of` its theta."""
-        return tuple(law for _, law in self.acting)
-
-    @property
     def acting(self) -> tuple[tuple[Effect, ActiveLaw], ...]:
         """Its effects, each with its law as it acts in `box_of` its theta."""
         box = box_of(self.theta)

@@ -109,7 +109,7 @@ def test_a_vector_that_is_not_sound_is_refused(at, value, why):
 
 def test_a_number_that_is_left_to_a_theta_that_is_not_known_is_refused():
     bristles = ToldEffect("presliding_friction", {"sigma0": 600.0})
-    assert ModelMessage(THETA, effects=(bristles,)).laws
+    assert ModelMessage(THETA, effects=(bristles,)).acting
     with pytest.raises(BadInput, match=r"presliding_friction\.Fs: found none, expected a value: that of Fc"):
         ModelMessage(UNKNOWN_THETA, effects=(bristles,))
 

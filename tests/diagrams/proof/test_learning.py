@@ -21,7 +21,7 @@ def test_every_law_is_one_that_may_be_felt() -> None:
     theta = FlexibleBoxModel(BoxParameters(m=1.0, k2=500.0, b1=60.0, b2=60.0, Fc=0.5)).theta()
     for name, values in LAWS.items():
         told = ToldEffect(name, dict(values))
-        assert ModelMessage(tuple(map(float, theta)), (told,)).laws
+        assert ModelMessage(tuple(map(float, theta)), (told,)).acting
         check_sought([told], "test")
 
 
