@@ -152,8 +152,12 @@ def test_the_arm_follows_the_hand_and_presses_on_what_is_there(outcome: Outcome)
     columns = outcome.recording.columns
     follows = (columns["telerobot_fault"] == 0.0) & (columns["telerobot_waits"] == 0.0)
     assert follows.sum() > 200
-    away = outcome.recording.vector("position")[follows] - outcome.recording.vector("master_position")[follows]
-    assert np.abs(away[:, :2]).max() < 0.012  # 60 mm/s, 1500 N/m, and joints that stick
+    away = outcome.recording.vector("position") - outcome.recording.vector("master_position")
+    # A busy machine holds the loop up now and then, and the hand goes on meanwhile.
+    held_up = np.diff(columns["lateness"], prepend=0.0) > 0.01
+    keeps_pace = follows & (np.convolve(held_up, np.ones(250))[: len(held_up)] == 0)
+    assert keeps_pace.sum() > 200
+    assert np.abs(away[keeps_pace, :2]).max() < 0.012  # 60 mm/s, 1500 N/m, and joints that stick
     assert np.ptp(columns["position_y"][follows]) > 0.01
     assert columns["position_z"].min() < -0.002
 

@@ -3,7 +3,6 @@
 import json
 import os
 import threading
-import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -98,18 +97,19 @@ def outcome(
     ended = threading.Event()
 
     def arm() -> None:
-        until = time.monotonic() + 60.0
-        while not (ended.is_set() or franka.get()["moving"]) and time.monotonic() < until:
+        # Until the run has begun it may compile for minutes.
+        while not franka.get()["moving"] and not ended.wait(0.2):
             os.write(writing, b"a\n")
-            time.sleep(0.2)
 
     person = threading.Thread(target=arm)
     with os.fdopen(reading) as source, os.fdopen(writing, "wb"):
         monkeypatch.setattr("sys.stdin", source)
         person.start()
-        status = main([*line, *(part for change in changes for part in ("--set", change))])
-        ended.set()
-        person.join()
+        try:
+            status = main([*line, *(part for change in changes for part in ("--set", change))])
+        finally:
+            ended.set()
+            person.join()
     said = capsys.readouterr()
     assert status == 0, said.err
     return Outcome(json.loads(said.out), load(tmp_path / "out.mcap"))
