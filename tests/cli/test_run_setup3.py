@@ -29,6 +29,7 @@ FORCE = 3.0  # [N] the most that the hand may feel
 BIAS = (0.4, -0.7, 1.1)  # [N] of the robot's estimate
 FLOOR = 800.0  # [N/m]
 SECONDS = 5.0
+ROWS = 100  # of 2 ms
 HAND = "soft_start=0.5 target_z=-0.03 hand_stiffness=1500 hand_damping=30 swing_y=0.015 swing_hz=0.7"
 
 
@@ -152,12 +153,10 @@ def test_the_arm_follows_the_hand_and_presses_on_what_is_there(outcome: Outcome)
     columns = outcome.recording.columns
     follows = (columns["telerobot_fault"] == 0.0) & (columns["telerobot_waits"] == 0.0)
     assert follows.sum() > 200
-    away = outcome.recording.vector("position") - outcome.recording.vector("master_position")
-    # A busy machine holds the loop up now and then, and the hand goes on meanwhile.
-    held_up = np.diff(columns["lateness"], prepend=0.0) > 0.01
-    keeps_pace = follows & (np.convolve(held_up, np.ones(250))[: len(held_up)] == 0)
-    assert keeps_pace.sum() > 200
-    assert np.abs(away[keeps_pace, :2]).max() < 0.012  # 60 mm/s, 1500 N/m, and joints that stick
+    # A busy machine holds the loop up now and then, and the hand goes on meanwhile: where it was of late counts.
+    past = np.lib.stride_tricks.sliding_window_view(outcome.recording.vector("master_position"), ROWS, axis=0)
+    away = np.abs(outcome.recording.vector("position")[ROWS - 1 :, :, None] - past)[:, :2].max(axis=1).min(axis=1)
+    assert away[follows[ROWS - 1 :]].max() < 0.012  # 60 mm/s, 1500 N/m, and joints that stick
     assert np.ptp(columns["position_y"][follows]) > 0.01
     assert columns["position_z"].min() < -0.002
 
