@@ -17,6 +17,7 @@ from mmt_drake.diagnosis.fit.workers import workers
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.library import own_files, register_file
 from mmt_drake.learning.answer import LookResult, look
+from mmt_drake.learning.left import Left
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.own_process import OwnProcess, served
 
@@ -33,14 +34,14 @@ class Question:
         sample: time between them [s].
         theta: (10,) numbers of the estimator.
         asked: when [s].
-        left: what was left of the contact, over its noise, see `Learning.doubt` [1].
+        left: what was left of the contact, see `Learning.doubt`.
     """
 
     pieces: tuple[Array, ...]
     sample: float
     theta: Array
     asked: float
-    left: float
+    left: Left
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self

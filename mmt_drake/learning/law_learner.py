@@ -7,9 +7,9 @@ from pydrake.systems.framework import Context, State
 from mmt_drake.closing import Closing
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
-from mmt_drake.learning.along_normal import left_along_normal
 from mmt_drake.learning.answer import ROW, LookResult
 from mmt_drake.learning.beside import Looks, Question
+from mmt_drake.learning.left import Left, left_along_normal
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
 from mmt_drake.model.message_layout import MESSAGE_SIZE
@@ -33,7 +33,7 @@ class LawLearner(KernelSystem, Closing):
     normal do (`left_along_normal`), the diagnosis holds that window against the library of effects, in a process of its
     own. Laws that it names and that may be felt are told on `model`, with the numbers beside them, and what of the
     force is the sensor's. They leave again when they do not earn their place: when a window of contact with them leaves
-    half of what it did without or more, beyond noise, or when a later look finds another answer.
+    more than half of what it did without along their axis, beyond noise, or when a later look finds another answer.
 
     .. pydrake_system::
 
@@ -142,16 +142,15 @@ class LawLearner(KernelSystem, Closing):
             if not due:
                 return seen
         window = seen.window(self._sample, options)
-        if window:
-            left = max(left_of(window), self._left_along_normal(window, seen.message))
+        of_contact = Left(left_of(window), self._left_along_normal(window, seen.message)) if window else Left(left)
         if question is not None:
-            return seen.answered(self._answer(question), left > options.doubt)
+            return seen.answered(self._answer(question), of_contact.doubts(options.doubt))
         if not window:
             return seen
-        seen = seen.judged(left, options)
-        if left <= options.doubt or not seen.pieces:
+        seen = seen.judged(of_contact, options)
+        if not (of_contact.doubts(options.doubt) and seen.pieces):
             return seen
-        question = Question(tuple(piece.rows for piece in window), self._sample, theta.copy(), t, left)
+        question = Question(tuple(piece.rows for piece in window), self._sample, theta.copy(), t, of_contact)
         self._looks.ask(question)
         return seen.asking(question)
 

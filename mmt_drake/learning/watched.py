@@ -1,14 +1,15 @@
 """What a learner has seen of a contact, what it has asked, and what it tells."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, Self
 
 import numpy as np
 
+from mmt_drake.effects import LIBRARY
 from mmt_drake.learning.answer import FREE_S, ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
+from mmt_drake.learning.left import Left
 from mmt_drake.learning.options import Learning
 from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array
@@ -17,9 +18,6 @@ _MOST: Final = 3
 """Windows that are looked at together at most."""
 _LONGEST: Final = 4.0
 """Times as long as its contact what is kept may last."""
-_EARNS: Final = 0.5
-"""A law leaves again if with it more than this part is left, beyond noise, of what was left without, and that is in
-doubt."""
 _CONTACT: Final = ROW - 1
 
 
@@ -29,7 +27,7 @@ class Piece:
 
     Attributes:
         rows: (n, ROW) samples.
-        left: what the estimator left of the latest contact then, over its noise.
+        left: what the estimator left of the latest contact then, over its noise [1].
         touching: how many of them are of contact.
     """
 
@@ -41,6 +39,13 @@ class Piece:
     def of(cls, rows: Array, left: float) -> Self:
         """Of samples (n, ROW)."""
         return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)))
+
+    @property
+    def after_contact(self) -> Self:
+        """What of it comes after its last sample of contact."""
+        if not self.touching:
+            return self
+        return replace(self, rows=self.rows[int(np.flatnonzero(self.rows[:, _CONTACT] > 0.5)[-1]) + 1 :], touching=0)
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,7 @@ class Watched:
         question: that is not answered yet.
         message: that was told last; None: none was.
         status: what the learner is about.
-        before: what was left when the laws that are told were asked for; NaN: that has been looked into.
+        before: what was left when the laws that are told were asked for; None: that has been looked into.
         thing: the object that is touched; a later one has a greater number.
         changed: whether the estimator says that it is another one.
         kept: samples in the pieces, counted along: a sum over hundreds of them costs the 1 kHz loop too much.
@@ -65,7 +70,7 @@ class Watched:
     question: Question | None = None
     message: ModelMessage | None = None
     status: LearnerStatus = LearnerStatus.WATCHING
-    before: float = math.nan
+    before: Left | None = None
     thing: int = 0
     changed: bool = False
     kept: int = 0
@@ -104,20 +109,22 @@ class Watched:
         for start in range(len(self.pieces) - 1, -1, -1):
             touching += self.pieces[start].touching
             if touching >= wanted:
-                return self.pieces[self._free_before(start, round(FREE_S / sample)) :]
+                return (*self._free_before(start, round(FREE_S / sample)), *self.pieces[start:])
         return ()
 
-    def _free_before(self, start: int, wanted: int) -> int:
-        """From which piece on there are so many samples of free space right before one; itself if there are not."""
-        free = 0
-        for first in range(start - 1, -1, -1):
-            piece = self.pieces[first]
-            free += len(piece.rows) - piece.touching
-            if free >= wanted:
-                return first
-            if free == 0:
+    def _free_before(self, start: int, wanted: int) -> tuple[Piece, ...]:
+        """So many samples or more of free space right before a piece, without the contact before; none if fewer."""
+        free: list[Piece] = []
+        missing = wanted
+        for piece in reversed(self.pieces[:start]):
+            if missing <= 0:
                 break
-        return start
+            since = piece.after_contact
+            free.insert(0, since)
+            missing -= len(since.rows)
+            if piece.touching:
+                break
+        return tuple(free) if missing <= 0 else ()
 
     def asking(self, question: Question) -> Self:
         """While a question is looked into."""
@@ -140,17 +147,24 @@ class Watched:
         if not (answer.tells or self.tells):
             return replace(more, status=self.standing).anew()
         told = more._telling(answer.theta, answer.laws, answer.sensor)
-        before = question.left if answer.tells else math.nan
+        before = question.left if answer.tells else None
         return replace(told, windows=1, before=before, status=answer.status).anew()
 
-    def judged(self, left: float, options: Learning) -> Self:
-        """After a window of contact with the laws that are told: they leave again if they do not earn their place."""
-        if math.isnan(self.before) or not self.tells:
+    def judged(self, left: Left, options: Learning) -> Self:
+        """After a window of contact with the laws that are told: each that does not earn its place leaves again.
+
+        What of the force is the sensor's is told along the surface, and judged there.
+        """
+        if self.before is None or self.message is None:
             return self
-        if left > options.doubt and _beyond_noise(left) > _EARNS * _beyond_noise(self.before):
-            gone = replace(self._telling(UNKNOWN_THETA), windows=min(self.windows + 1, _MOST))
-            return replace(gone, before=math.nan, status=LearnerStatus.CANNOT_TELL).anew()
-        return replace(self, before=math.nan)
+        on_surface, along = left.earned(self.before, options.doubt)
+        laws = tuple(law for law in self.laws if (along if LIBRARY[law.name].axis else on_surface))
+        sensor = self.message.sensor if on_surface else NO_ERROR
+        if (laws, sensor) == (self.laws, self.message.sensor):
+            return replace(self, before=None)
+        told = self._telling(UNKNOWN_THETA, laws, sensor)
+        status = LearnerStatus.TOLD if told.tells else LearnerStatus.CANNOT_TELL
+        return replace(told, windows=min(self.windows + 1, _MOST), before=None, status=status).anew()
 
     @property
     def laws(self) -> tuple[ToldEffect, ...]:
@@ -173,11 +187,6 @@ class Watched:
         """With the next message."""
         number = 1 if self.message is None else self.message.number + 1
         return replace(self, message=ModelMessage(theta, laws, self.thing, number, sensor))
-
-
-def _beyond_noise(left: float) -> float:
-    """What is left, over the noise, without the noise that is part of it."""
-    return math.sqrt(max(left**2 - 1.0, 0.0))
 
 
 def left_of(window: Sequence[Piece]) -> float:

@@ -14,6 +14,7 @@ from mmt_drake.learning import beside, law_learner
 from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Looks, Question
 from mmt_drake.learning.law_learner import LawLearner
+from mmt_drake.learning.left import Left
 from mmt_drake.learning.options import Learning
 from mmt_drake.model.parameters import THETA
 from mmt_drake.model_message import ModelMessage, ToldEffect
@@ -67,7 +68,7 @@ def test_what_is_named_is_told_after_the_declared_delay(looks: Answering) -> Non
     status, model = felt(LawLearner(OPTIONS), 3.2)
     assert status == LearnerStatus.LOOKING and not model.any() and len(looks.asked) == 1
     question = looks.asked[0]
-    assert sum(map(len, question.pieces)) == 1500 and question.sample == 0.002 and question.left == 9.0
+    assert sum(map(len, question.pieces)) == 1500 and question.sample == 0.002 and question.left == Left(9.0)
     status, model = felt(LawLearner(OPTIONS), 3.0 + 2.0 + 0.3)
     assert status == LearnerStatus.TOLD
     assert ModelMessage.from_vector(model) == ModelMessage(NUMBERS, (CUBIC,))
@@ -115,7 +116,7 @@ def test_its_process_is_closed_with_it(looks: Answering) -> None:
 
 def test_a_process_answers_what_it_is_asked_and_ends() -> None:
     looks = Looks()
-    still = Question((np.zeros((1500, ROW)),), 0.002, np.array(NUMBERS), 3.0, 9.0)
+    still = Question((np.zeros((1500, ROW)),), 0.002, np.array(NUMBERS), 3.0, Left(9.0))
     looks.ask(still)
     until = time.monotonic() + 120.0
     while not looks.is_answered(still) and time.monotonic() < until:
@@ -124,7 +125,7 @@ def test_a_process_answers_what_it_is_asked_and_ends() -> None:
     assert answer is not None and answer.verdict == "insufficient_data" and not answer.settled
     assert looks.answer(still, here=False) is answer, "of a run that is repeated"
     looks.close()
-    looks.ask(unknown := Question(still.pieces, 0.002, still.theta, 4.0, 9.0))
+    looks.ask(unknown := Question(still.pieces, 0.002, still.theta, 4.0, Left(9.0)))
     assert looks.is_answered(unknown) and looks.answer(unknown, here=False) is None
 
 
@@ -137,7 +138,7 @@ def test_in_real_time_a_look_works_when_nobody_else_does(idle: bool) -> None:
 
 
 def test_who_knows_no_answer_of_a_process_finds_the_same_here() -> None:
-    still = Question((np.zeros((1500, ROW)),), 0.002, np.array(NUMBERS), 3.0, 9.0)
+    still = Question((np.zeros((1500, ROW)),), 0.002, np.array(NUMBERS), 3.0, Left(9.0))
     with Looks() as looks:
         found = looks.answer(still, here=True)
     assert found == beside._answered(*still.wording)

@@ -1,6 +1,5 @@
 """What a learner asks, tells and takes back, by what it has seen and what was answered."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +7,10 @@ import pytest
 
 from mmt_drake.learning.answer import FREE_S, ROW, LearnerStatus, LookResult
 from mmt_drake.learning.beside import Question
+from mmt_drake.learning.left import Left
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
-from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
+from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 
 OPTIONS = Learning(window=3.0)
 BIAS = SensorError(bias=0.4)
@@ -18,6 +18,7 @@ SAMPLE = 0.01
 WINDOW = round(OPTIONS.window / SAMPLE)
 FREE = round(FREE_S / SAMPLE)
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
+DEEPER = ToldEffect("normal_nonlinear_stiffness", {"k3": 2e7})
 NUMBERS = (1.0, 0.0, 500.0, 60.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0)
 NAMED = LookResult("missing_physics", (CUBIC,), NUMBERS)
 EXPLAINED = LookResult("parameters", (), NUMBERS)
@@ -29,10 +30,11 @@ def piece(count: int, left: float, contact: float = 1.0) -> Piece:
     return Piece.of(rows, left)
 
 
-def asked(left: float = 9.0, **known: object) -> Watched:
+def asked(left: float = 9.0, normal: float = 1.0, **known: object) -> Watched:
     """A learner that has asked of a contact of which the numbers leave so much, over its noise."""
     seen = replace(Watched(), **known).seeing(piece(WINDOW, left), SAMPLE, OPTIONS)
-    return seen.asking(Question(tuple(one.rows for one in seen.pieces), SAMPLE, np.array(NUMBERS), 3.0, left))
+    rows = tuple(one.rows for one in seen.pieces)
+    return seen.asking(Question(rows, SAMPLE, np.array(NUMBERS), 3.0, Left(left, normal)))
 
 
 def test_a_window_holds_the_contact_that_is_asked_for_and_the_free_motion_within() -> None:
@@ -52,6 +54,15 @@ def test_a_window_begins_with_the_free_space_right_before_its_contact() -> None:
         assert seen.window(SAMPLE, OPTIONS) == seen.pieces[first:], f"{free} free samples, of {FREE} that are wanted"
 
 
+def test_free_space_before_a_contact_has_nothing_of_the_contact_before_it() -> None:
+    before = piece(WINDOW, 1.0)
+    tail = np.zeros((FREE + 5, ROW))
+    tail[:5, -1] = 1.0
+    seen = Watched().seeing(before, SAMPLE, OPTIONS).seeing(Piece.of(tail, 1.0), SAMPLE, OPTIONS)
+    first, contact = seen.seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS).window(SAMPLE, OPTIONS)
+    assert len(first.rows) == FREE and first.touching == 0 and contact.touching == WINDOW
+
+
 def test_what_is_kept_is_bounded() -> None:
     seen = Watched()
     for _ in range(40):
@@ -62,13 +73,13 @@ def test_what_is_kept_is_bounded() -> None:
 def test_laws_that_are_named_are_told_with_their_numbers() -> None:
     told = asked().answered(NAMED, doubtful=True)
     assert told.message == ModelMessage(NUMBERS, (CUBIC,), number=1)
-    assert told.status == LearnerStatus.TOLD and told.before == 9.0 and not told.pieces
+    assert told.status == LearnerStatus.TOLD and told.before == Left(9.0, 1.0) and not told.pieces
 
 
 def test_what_the_force_sensor_adds_is_told_alone_and_leaves_as_laws_do() -> None:
     told = asked().answered(LookResult("missing_physics", (), NUMBERS, sensor=BIAS), doubtful=True)
     assert told.message == ModelMessage(NUMBERS, sensor=BIAS) and told.status == LearnerStatus.TOLD
-    gone = told.judged(5.0, OPTIONS)
+    gone = told.judged(Left(5.0), OPTIONS)
     assert gone.message is not None and not any(gone.message.sensor) and not gone.tells
 
 
@@ -115,9 +126,33 @@ def test_laws_leave_when_a_later_look_does_without_them() -> None:
 )
 def test_laws_leave_when_more_than_half_is_left_with_them_beyond_noise(before: float, left: float, stays: bool) -> None:
     told = asked(before).answered(NAMED, doubtful=True).seeing(piece(WINDOW, left), SAMPLE, OPTIONS)
-    judged = told.judged(left, OPTIONS)
-    assert bool(judged.laws) == stays and math.isnan(judged.before)
+    judged = told.judged(Left(left), OPTIONS)
+    assert bool(judged.laws) == stays and judged.before is None
     if not stays:
         assert judged.message is not None and judged.message.number == 2
-        assert all(map(math.isnan, judged.message.theta)), "the estimator keeps its own numbers"
+        assert all(map(np.isnan, judged.message.theta)), "the estimator keeps its own numbers"
         assert judged.status == LearnerStatus.CANNOT_TELL and judged.windows == 2
+
+
+@pytest.mark.parametrize(
+    ("surface", "normal", "stay"),
+    [
+        (1.0, 6.0, (CUBIC,)),  # a rest without a name along the normal
+        (6.0, 1.0, (DEEPER,)),
+        (1.0, 1.0, (CUBIC, DEEPER)),
+        (6.0, 6.0, ()),
+    ],
+)
+def test_each_law_is_judged_by_what_is_left_along_its_own_axis(
+    surface: float, normal: float, stay: tuple[ToldEffect, ...]
+) -> None:
+    both = replace(NAMED, laws=(CUBIC, DEEPER), sensor=BIAS)
+    judged = asked(9.0, normal=9.0).answered(both, doubtful=True).judged(Left(surface, normal), OPTIONS)
+    assert judged.laws == stay and judged.message is not None
+    assert judged.message.sensor == (BIAS if CUBIC in stay else NO_ERROR)
+    assert judged.status == (LearnerStatus.TOLD if stay else LearnerStatus.CANNOT_TELL)
+
+
+def test_a_law_stays_beside_a_rest_along_the_other_axis_that_never_had_a_name() -> None:
+    told = asked(9.0, normal=6.0).answered(NAMED, doubtful=True).judged(Left(1.0, 6.0), OPTIONS)
+    assert told.laws == (CUBIC,) and told.before is None

@@ -1,6 +1,7 @@
-"""What an estimator's kind of model leaves of the force along the surface normal: it watches the others alone."""
+"""What the numbers of a model and the laws that are told leave of a contact."""
 
-from typing import Final
+import math
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from scipy import signal
@@ -12,8 +13,42 @@ from mmt_drake.told_laws import along_normal, remembers_along_normal
 
 _SMOOTHED: Final = 15, 2
 """Samples, and the order of the polynomial through them, by which motion is smoothed for laws (Savitzky and Golay)."""
+_EARNS: Final = 0.5
+"""Of what was left without a law, beyond noise: with it no more may be left, or it goes again."""
 _EDGE_S: Final = 0.02
 """About a touch or a release, which a detector sees a little late [s]."""
+
+
+class Left(NamedTuple):
+    """What is left of a contact, over its noise [1].
+
+    Attributes:
+        surface: along the surface, by the estimator.
+        normal: along its normal, which the estimator does not watch (`left_along_normal`).
+    """
+
+    surface: float
+    normal: float = 0.0
+
+    def doubts(self, doubt: float) -> bool:
+        """Whether more than so much is left on either axis."""
+        return max(self) > doubt
+
+    def earned(self, before: Self, doubt: float) -> tuple[bool, bool]:
+        """Along the surface, and along the normal: whether what is told has earned its place since so much was left.
+
+        It has where no more than the doubt is left, or half of what was, beyond noise.
+        """
+        first, second = (
+            now <= doubt or _beyond_noise(now) <= _EARNS * _beyond_noise(then)
+            for now, then in zip(self, before, strict=True)
+        )
+        return first, second
+
+
+def _beyond_noise(left: float) -> float:
+    """What is left, over the noise, without the noise that is part of it."""
+    return math.sqrt(max(left**2 - 1.0, 0.0))
 
 
 def left_along_normal(rows: Array, sample: float, known: Array) -> float:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mmt_drake.learning.along_normal import left_along_normal
 from mmt_drake.learning.answer import ROW
+from mmt_drake.learning.left import left_along_normal
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.told_laws import NO_LAWS, told_by
