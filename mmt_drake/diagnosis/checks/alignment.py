@@ -34,9 +34,9 @@ def normal_fit(smoothed: Smoothed) -> LagFit | None:
     """The normal contact and the clock offset from all touches together; None where there is no touch or release.
 
     F_z = -k z - b v_z, position and velocity cut off by contact and through the filter of the force; the coefficients
-    are k and b, of both alone. Of all offsets to 0.6 s the one of least squares counts, the nearer to nothing of two: that one, and
-    with the simplest of what else would pass for an offset left free: a spring and a damper that grow with the depth,
-    and what of the forces along x and y a sensor that is askew reads along z. An offset shows in both.
+    are k and b, of these alone. Of all offsets to 0.6 s the one of least squares counts, the nearer to nothing of two:
+    that one, and with the simplest of what else would pass for an offset left free: a spring and a damper that grow
+    with the depth, and what of the forces along x and y a sensor that is askew reads along z. An offset shows in both.
     """
     if smoothed.kind != "contact" or len(smoothed.contact.changes) == 0 or not smoothed.in_contact.any():
         return None
@@ -51,11 +51,8 @@ def normal_fit(smoothed: Smoothed) -> LagFit | None:
     free = best_lag(np.column_stack([causes, beside]), smoothed.output[:, 2], *how)
     if plain is None or free is None:
         return plain
-    return min(
-        plain,
-        replace(free, coefficients=plain.coefficients, unshifted=plain.unshifted),
-        key=lambda fit: abs(fit.offset),
-    )
+    free = replace(free, coefficients=plain.coefficients, unshifted=plain.unshifted)
+    return min(plain, free, key=lambda fit: abs(fit.offset))
 
 
 def law_fit(smoothed: Smoothed) -> LagFit | None:
