@@ -77,6 +77,7 @@ def diagnose(
     on_stage: OnStage = lambda _: None,
     on_answer: OnAnswer = lambda _: None,
     time_budget: float = math.inf,
+    next_motion: bool = True,
 ) -> Outcome:
     """Say whether a model explains recordings, and if not, what physics it leaves out.
 
@@ -88,6 +89,8 @@ def diagnose(
         on_stage: called with what is being done, how far it is and what may come after it.
         on_answer: called once in the search, with what is known when the likeliest effects have been fitted.
         time_budget: how long it may look for effects [s]; what it had no time for is listed (`Diagnosis.untried`).
+        next_motion: whether to seek the motion that would tell apart what these recordings leave open, which takes as
+            long as the rest.
 
     Raises:
         BadInput: the recordings are none that a model of this structure can be held against, or the model has
@@ -111,7 +114,7 @@ def diagnose(
             searched, refit = prepared, None
             if model.window_s is None and prepared.window_s is not None:
                 searched, refit = over_windows(recordings, model, prepared, workers)
-            return _timed(_session(prepared, searched, model, every, workers, watch, refit).run(), begun)
+            return _timed(_session(prepared, searched, model, every, workers, watch, refit, next_motion).run(), begun)
         except KeyboardInterrupt:
             raise watch.interrupted() from None
 
@@ -124,6 +127,7 @@ def _session(
     workers: Executor,
     watch: Watch,
     refit: Fitted | None,
+    next_motion: bool,
 ) -> DiagnosisSession:
     problem, fine = searched.problem, prepared.fine
     assert problem is not None and fine is not None  # of recordings that were not refused
@@ -132,7 +136,7 @@ def _session(
     effects = [e.within(model) for e in library if e.name != TABULATED]
     if isinstance(model, SurfaceContact):
         return SurfaceSession(prepared, problem, problem, model, effects, workers, watch, refit)
-    return _LawSession(prepared, problem, fine, model, effects, workers, watch, refit, Polish(workers))
+    return _LawSession(prepared, problem, fine, model, effects, workers, watch, refit, Polish(workers), next_motion)
 
 
 @dataclass(frozen=True)
@@ -141,9 +145,11 @@ class _LawSession(DiagnosisSession):
 
     Attributes:
         polish: takes fits on to the clock of the verdict.
+        next_motion: whether to seek the motion that would tell apart what is left open.
     """
 
     polish: Polish
+    next_motion: bool
 
     def searched(self, problem: Problem, standard: NoiseReference, refit: Fitted) -> Outcome:
         """See `DiagnosisSession.searched`."""
@@ -186,7 +192,8 @@ class _LawSession(DiagnosisSession):
             named = outcome.diagnosis.effects[: len(judgement.best.hypothesis.effects)]
             settled = judgement.verdict != "ambiguous" and all(e.certain == "law" for e in named)
             # A name that nothing else stands against is unsure for want of time, or of a law: no motion would tell.
-            return outcome if settled or len(believed.members) == 1 else self._prescribed(outcome, believed.members)
+            is_left = self.next_motion and not settled and len(believed.members) > 1
+            return self._prescribed(outcome, believed.members) if is_left else outcome
         nothing_stands = not believed.members[0].hypothesis.effects
         if nothing_stands and not self.watch.missed and (at_bound := self.refused_at_bounds(refit)) is not None:
             return at_bound

@@ -114,9 +114,9 @@ def _looked(rows: Array, sample: float, theta: Array, begun: float, executor: Ex
     time: Array = np.arange(len(rows), dtype=np.float64) * sample
     recording = Recording(time, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
     try:
-        outcome = diagnose([recording], _model(theta), executor=executor)
+        outcome = diagnose([recording], _model(theta), executor=executor, next_motion=False)
     except MmtError:  # numbers of a few samples, of what was taken for another object, need not be those of any
-        outcome = diagnose([recording], _model(np.array(astuple(Prior()))), executor=executor)
+        outcome = diagnose([recording], _model(np.array(astuple(Prior()))), executor=executor, next_motion=False)
     found = answer_of(outcome)
     bias, rate = found.sensor.bias, found.sensor.rate
     return replace(found, sensor=found.sensor._replace(bias=bias - rate * begun))

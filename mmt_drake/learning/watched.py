@@ -18,6 +18,8 @@ _MOST: Final = 3
 """Windows that are looked at together at most."""
 _LONGEST: Final = 4.0
 """Times as long as its contact what is kept may last."""
+_SINCE_TOUCH: Final = 0.25
+"""Of a window: so much longer is looked at where it then begins with the touch."""
 _CONTACT: Final = ROW - 1
 
 
@@ -39,13 +41,6 @@ class Piece:
     def of(cls, rows: Array, left: float) -> Self:
         """Of samples (n, ROW)."""
         return cls(rows, left, int(np.count_nonzero(rows[:, _CONTACT] > 0.5)))
-
-    @property
-    def after_contact(self) -> Self:
-        """What of it comes after its last sample of contact."""
-        if not self.touching:
-            return self
-        return replace(self, rows=self.rows[int(np.flatnonzero(self.rows[:, _CONTACT] > 0.5)[-1]) + 1 :], touching=0)
 
 
 @dataclass(frozen=True)
@@ -100,7 +95,7 @@ class Watched:
         return other if self.message is None else other._telling(UNKNOWN_THETA, self.laws, self.message.sensor)
 
     def window(self, sample: float, options: Learning) -> tuple[Piece, ...]:
-        """The latest pieces that hold as much contact as is to be looked at, and the free space right before them.
+        """The latest pieces that hold as much contact as is to be looked at, and what comes right before it.
 
         None: there is not so much.
         """
@@ -109,22 +104,38 @@ class Watched:
         for start in range(len(self.pieces) - 1, -1, -1):
             touching += self.pieces[start].touching
             if touching >= wanted:
-                return (*self._free_before(start, round(FREE_S / sample)), *self.pieces[start:])
+                reach = round(_SINCE_TOUCH * options.window / sample)
+                return (*self._before(start, reach, round(FREE_S / sample)), *self.pieces[start:])
         return ()
 
-    def _free_before(self, start: int, wanted: int) -> tuple[Piece, ...]:
-        """So many samples or more of free space right before a piece, without the contact before; none if fewer."""
-        free: list[Piece] = []
-        missing = wanted
-        for piece in reversed(self.pieces[:start]):
-            if missing <= 0:
-                break
-            since = piece.after_contact
-            free.insert(0, since)
-            missing -= len(since.rows)
-            if piece.touching:
-                break
-        return tuple(free) if missing <= 0 else ()
+    def _before(self, start: int, reach: int, wanted: int) -> tuple[Piece, ...]:
+        """What comes right before a piece: its contact from the touch on, and free space before that.
+
+        What a law remembers is known from a touch on.
+
+        Args:
+            start: number of the piece.
+            reach: so many samples ago it may have touched.
+            wanted: so many samples of free space are worth while.
+        """
+        earlier, count = start, 0
+        while earlier > 0 and count < reach + wanted:
+            earlier -= 1
+            count += len(self.pieces[earlier].rows)
+        if not count:
+            return ()
+        rows = np.concatenate([piece.rows for piece in self.pieces[earlier:start]])
+        contact = rows[:, _CONTACT] > 0.5
+        touch = len(rows)
+        if self.pieces[start].rows[0, _CONTACT] > 0.5:
+            free = np.flatnonzero(~contact)
+            if not len(free) or touch - free[-1] - 1 > reach:
+                return ()
+            touch = int(free[-1]) + 1
+        others = np.flatnonzero(contact[:touch])
+        release = int(others[-1]) + 1 if len(others) else 0
+        first = release if touch - release >= wanted else touch
+        return (Piece.of(rows[first:], self.pieces[start].left),) if first < len(rows) else ()
 
     def asking(self, question: Question) -> Self:
         """While a question is looked into."""

@@ -29,8 +29,10 @@ def asked(
     """
     models: list[FlexibleBoxModel] = []
 
-    def diagnose(recordings: list[Recording], model: FlexibleBoxModel, executor: object) -> LookResult:
-        assert len(recordings[0]) == seen and recordings[0].time[0] == 0.0
+    def diagnose(
+        recordings: list[Recording], model: FlexibleBoxModel, executor: object, next_motion: bool
+    ) -> LookResult:
+        assert len(recordings[0]) == seen and recordings[0].time[0] == 0.0 and not next_motion
         models.append(model)
         if len(models) <= fails:
             raise MmtError("the simulation diverges at the start of a fit")

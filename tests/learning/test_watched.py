@@ -17,6 +17,7 @@ BIAS = SensorError(bias=0.4)
 SAMPLE = 0.01
 WINDOW = round(OPTIONS.window / SAMPLE)
 FREE = round(FREE_S / SAMPLE)
+REACH = WINDOW // 4
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
 DEEPER = ToldEffect("normal_nonlinear_stiffness", {"k3": 2e7})
 NUMBERS = (1.0, 0.0, 500.0, 60.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0)
@@ -47,20 +48,29 @@ def test_a_window_holds_the_contact_that_is_asked_for_and_the_free_motion_within
     assert replace(seen, windows=2).window(SAMPLE, OPTIONS) == ()
 
 
-def test_a_window_begins_with_the_free_space_right_before_its_contact() -> None:
-    begun = Watched().seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS)
-    for free, first in ((FREE - 1, 2), (FREE, 1)):
-        seen = begun.seeing(piece(free, 1.0, contact=0.0), SAMPLE, OPTIONS).seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS)
-        assert seen.window(SAMPLE, OPTIONS) == seen.pieces[first:], f"{free} free samples, of {FREE} that are wanted"
+def flags(window: tuple[Piece, ...]) -> list[float]:
+    """Contact of each sample of a window."""
+    return np.concatenate([one.rows[:, -1] for one in window]).tolist()
 
 
-def test_free_space_before_a_contact_has_nothing_of_the_contact_before_it() -> None:
-    before = piece(WINDOW, 1.0)
-    tail = np.zeros((FREE + 5, ROW))
-    tail[:5, -1] = 1.0
-    seen = Watched().seeing(before, SAMPLE, OPTIONS).seeing(Piece.of(tail, 1.0), SAMPLE, OPTIONS)
-    first, contact = seen.seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS).window(SAMPLE, OPTIONS)
-    assert len(first.rows) == FREE and first.touching == 0 and contact.touching == WINDOW
+@pytest.mark.parametrize(("free", "with_it"), [(FREE - 1, 0), (FREE, FREE)])
+def test_a_window_begins_with_the_free_space_right_before_its_contact_if_that_is_enough(
+    free: int, with_it: int
+) -> None:
+    seen = Watched().seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS)
+    seen = seen.seeing(piece(free, 1.0, contact=0.0), SAMPLE, OPTIONS).seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS)
+    assert flags(seen.window(SAMPLE, OPTIONS)) == [0.0] * with_it + [1.0] * WINDOW
+
+
+@pytest.mark.parametrize(("earlier", "from_touch"), [(REACH, True), (REACH + 1, False)])
+@pytest.mark.parametrize("free", [3, FREE])
+def test_a_window_begins_with_the_touch_where_that_is_not_long_ago(earlier: int, from_touch: bool, free: int) -> None:
+    mixed = np.zeros((5 + free + earlier, ROW))  # the end of another contact, free space, a touch
+    mixed[:5, -1] = mixed[5 + free :, -1] = 1.0
+    seen = Watched().seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS).seeing(Piece.of(mixed, 1.0), SAMPLE, OPTIONS)
+    seen = seen.seeing(piece(WINDOW, 1.0), SAMPLE, OPTIONS)
+    before = ([0.0] * free if free == FREE else []) + [1.0] * earlier if from_touch else []
+    assert flags(seen.window(SAMPLE, OPTIONS)) == before + [1.0] * WINDOW
 
 
 def test_what_is_kept_is_bounded() -> None:

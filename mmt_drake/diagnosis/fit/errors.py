@@ -167,47 +167,51 @@ def _finite(
 def noise_through(model: Structure, recording: Recording, smoothed: Smoothed) -> dict[str, Array]:
     """What the noise of the recorded motion becomes in the model's output: column -> (n,).
 
-    A second replay has as much noise again on the position and velocity columns; a velocity that was derived is derived
-    again. The difference of the two replays is returned. Of a driven body it is the input, and the output as far as
-    states are fitted to it.
+    Motion as it was smoothed is replayed, and that with white noise as strong as the recorded one's; the difference is
+    returned. So it has what noise bends as well: where a law counts noise as a way, its loop is smaller than that of
+    the motion. Motion whose velocity was derived, and a driven body's input and output as far as states are fitted to
+    it, are replayed as recorded and with as much noise again: the polynomials that derive a rate go by the noise.
 
     Raises:
         BadInput, MmtError: as `free_running`.
     """
-    simulated = predicted(model, recording)
-    noisy = predicted(model, _with_noise(recording, smoothed))
-    return {name: noisy[name] - values for name, values in simulated.items()}
+    quiet, noisy = _quiet_and_noisy(recording, smoothed)
+    simulated = predicted(model, quiet)
+    return {name: values - simulated[name] for name, values in predicted(model, noisy).items()}
 
 
-def _with_noise(recording: Recording, smoothed: Smoothed) -> Recording:
-    """The recording with white noise, as strong as its own again, on its position and velocity columns.
+def _quiet_and_noisy(recording: Recording, smoothed: Smoothed) -> tuple[Recording, Recording]:
+    """What `noise_through` replays.
 
-    Of a driven body on its input and output, the first sample apart: there it may have been at rest.
+    Of a driven body the first sample is as it was: there it may have been at rest.
     """
     generator = np.random.default_rng(0)
-    columns = dict(recording.columns)
+    quiet, noisy = dict(recording.columns), dict(recording.columns)
+
+    def noise_of(name: str, std: float) -> Array:
+        """(n,) none where an encoder stands on one count."""
+        moves = rate_of(recording.time, recording[name]) != 0.0
+        return std * generator.standard_normal(len(moves)) * moves
+
     if recording.kind == "driven_body":
         for name, std in (("input", smoothed.raw_input_noise), ("output", smoothed.noise["output"].std)):
-            columns[name] = _noisier(recording, name, std, generator)
-        columns["output"][0] = recording["output"][0]
-        return replace(recording, columns=columns)
-    for position in ("position", "position_x", "position_y", "position_z"):
-        if position not in smoothed.noise:
-            continue
-        columns[position] = _noisier(recording, position, smoothed.noise[position].std, generator)
-        velocity = position.replace("position", "velocity")
-        if velocity in smoothed.noise:
-            columns[velocity] = _noisier(recording, velocity, smoothed.noise[velocity].std, generator)
-        else:
-            columns[velocity] = rate_of(recording.time, columns[position])
-    return replace(recording, columns=columns)
-
-
-def _noisier(recording: Recording, name: str, std: float, generator: np.random.Generator) -> Array:
-    """(n,) a column with more noise; none where an encoder stands on one count."""
-    values = recording[name]
-    moves = rate_of(recording.time, values) != 0.0
-    return values + std * generator.standard_normal(len(values)) * moves
+            noisy[name] = recording[name] + noise_of(name, std)
+        noisy["output"][0] = recording["output"][0]
+        return recording, replace(recording, columns=noisy)
+    axes = [name for name in ("position", "position_x", "position_y", "position_z") if name in recording]
+    positions, rates = smoothed.motion_at(recording.time)
+    for name, position, rate in zip(axes, positions.T, rates.T, strict=True):
+        velocity = name.replace("position", "velocity")
+        was_read = velocity in smoothed.noise
+        if was_read:
+            quiet[name], quiet[velocity] = position, rate
+        noisy[name] = quiet[name] + noise_of(name, smoothed.noise[name].std)
+        noisy[velocity] = (
+            rate + noise_of(velocity, smoothed.noise[velocity].std)
+            if was_read
+            else rate_of(recording.time, noisy[name])
+        )
+    return replace(recording, columns=quiet), replace(recording, columns=noisy)
 
 
 def in_contact(recording: Recording) -> Flags:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 from scipy.signal import savgol_filter
 
 from mmt_drake.diagnosis.signals.clocks import Clock, clock_of, held_on_clock, near, on_clock
@@ -106,6 +107,12 @@ class Smoothed:
     def raw_input_noise(self) -> float:
         """Deviation of the noise of a driven body's input, as sampled."""
         return float(self.input_noise[0]) / _input_gain(self.input_filter, self.clock.rate_hz, self.every)
+
+    def motion_at(self, time: Array) -> tuple[Array, Array]:
+        """(n, k) smoothed position and its rate at times (n,) [s]; at the ends where a time is beyond."""
+        position = CubicHermiteSpline(self.time, self.input, self.input_rate)
+        times = np.clip(time, self.time[0], self.time[-1])
+        return position(times), position(times, 1)
 
     def filter(self, simulated: Array) -> Array:
         """A simulated output on this clock, (n,) or (n, k), through the filter that the measured one passed."""
