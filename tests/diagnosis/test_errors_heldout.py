@@ -14,6 +14,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
+from mmt_drake.model_files import with_effects
 from mmt_drake.recording import Recording
 from mmt_drake.recording.derive import rate_of
 from mmt_drake.replay import replayed
@@ -76,6 +77,32 @@ def test_a_right_model_leaves_the_noise_floor(velocity: bool) -> None:
     recording = contact_recording(velocity=velocity)
     floor = heldout(recording, "y").floor(MODEL)
     assert heldout(recording, "y").nrmse(MODEL) == pytest.approx(floor, rel=0.05)
+
+
+def slow_loop(noise: float) -> Recording:
+    """A spring of 500 N/m and a loop (Bouc and Wen), pressed 1 mm to and fro at 0.4 Hz: noise goes a longer way."""
+    rate, fine, w, beta = 500.0, 40, 2.0 * np.pi * 0.4, 1000.0
+    grid = np.arange(round(14.0 * rate) * fine) / (rate * fine)
+    x, v, loop = 1e-3 * np.sin(w * grid), 1e-3 * w * np.cos(w * grid), np.zeros(len(grid))
+    for k in range(1, len(grid)):
+        dx = x[k] - x[k - 1]
+        loop[k] = (
+            loop[k - 1] + dx - beta * (abs(dx) + dx * np.sign(loop[k - 1])) * abs(loop[k - 1]) * np.sign(loop[k - 1])
+        )
+    random = np.random.default_rng(3)
+    columns = {}
+    for name, values, std in (("position", x, 1e-5), ("velocity", v, 5e-4), ("force", -500.0 * x - 300.0 * loop, 5e-3)):
+        columns[name] = values[::fine] + noise * std * random.standard_normal(len(grid) // fine)
+    return Recording(grid[::fine], columns)
+
+
+def test_of_a_loop_the_floor_has_what_it_loses_by_noise_that_counts_as_a_way() -> None:
+    effect = {"name": "hysteresis", "parameters": {"alpha": 300.0, "beta": 1000.0}}
+    right = with_effects(KelvinVoigt(k=500.0, b=0.0), [effect], "here")
+    assert heldout(slow_loop(0.0)).nrmse(right) < 0.01, "without noise it is the law"
+    noisy = heldout(slow_loop(1.0))
+    assert noisy.nrmse(right) > 0.1
+    assert noisy.floor(right) == pytest.approx(noisy.nrmse(right), rel=0.1)
 
 
 def test_an_encoder_that_stands_on_one_count_has_no_noise_there() -> None:
