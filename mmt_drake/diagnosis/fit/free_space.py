@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.signals.smoother import AFTER_RELEASE_S
 
 
 def off_in_free_space(problem: Problem, fitted: Fitted) -> float:
@@ -20,9 +19,7 @@ def off_in_free_space(problem: Problem, fitted: Fitted) -> float:
     most = 0.0
     for track in problem.tracks:
         s = track.smoothed
-        free = ~s.in_contact & (track.weight > 0.0)
-        for release in s.contact.releases.tolist():  # the force of a slow sensor still fades
-            free &= (s.time < release) | (s.time > release + AFTER_RELEASE_S)
+        free = s.free & (track.weight > 0.0)
         if s.rest is None or not free.any():
             continue
         white = s.rest.noise[track.column].std / math.sqrt(s.rest.seconds * s.clock.rate_hz)

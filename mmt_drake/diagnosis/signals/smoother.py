@@ -36,7 +36,7 @@ OVERSAMPLING = 12.0
 _SILENT = 1e-5  # of an input's spread: noise that rounding, or the leakage of its spectrum, makes
 _TOUCH = 0.25  # of the filter's half length, about two of its lobes
 _BEFORE_TOUCH_S = 0.05  # free space ends so long before a touch
-AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
+_AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,7 @@ class Smoothed:
         nearby: (n, k) the output, each value from the samples right beside it: what happens later does not show in it.
         contact: when the probe touches.
         in_contact: (n,) contact at each sample.
+        free: (n,) nothing touches the probe, and what a release left on the force has gone; of a driven body nowhere.
         weight: (n,) 1 where the filtered output can be compared, 0 at the ends, in gaps, and about a touch or a release
             as far as a jump is smeared.
         low_pass: the filter that the output passed.
@@ -78,6 +79,7 @@ class Smoothed:
     nearby: Array
     contact: ContactTimes
     in_contact: Flags
+    free: Flags
     weight: Array
     low_pass: LowPass
     top_hz: Array
@@ -185,9 +187,9 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
     flags = held_on_clock(recording.time, raw_flags(recording, noise), clock)
     contact = contact_of(clock.times(), flags, motion[2].position if three_axes else None)
     output = columns.table(outputs)
-    rest = None
+    rest, free = None, np.zeros(len(flags), dtype=bool)
     if not driven and not flags.all():
-        settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + AFTER_RELEASE_S])
+        settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + _AFTER_RELEASE_S])
         free = ~(near(clock.times(), contact.touches, _BEFORE_TOUCH_S) | near(clock.times(), settling, 0.0) | flags)
         rest = at_rest(output, clock.rate_hz, free, low_pass.band_hz)
     if rest is not None:
@@ -213,6 +215,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         nearby=_parabolic(output, every),
         contact=contact,
         in_contact=contact.at(time),
+        free=free[::every],
         weight=_weight(time, clock, contact, low_pass),
         low_pass=low_pass,
         top_hz=bands.top_hz,
