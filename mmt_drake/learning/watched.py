@@ -116,7 +116,7 @@ class Watched:
         Args:
             start: number of the piece.
             reach: so many samples ago it may have touched.
-            wanted: so many samples of free space are worth while.
+            wanted: so many samples of free space are worth while, those that the piece begins with among them.
         """
         earlier, count = start, 0
         while earlier > 0 and count < reach + wanted:
@@ -132,6 +132,8 @@ class Watched:
             if not len(free) or touch - free[-1] - 1 > reach:
                 return ()
             touch = int(free[-1]) + 1
+        else:
+            wanted -= int(np.argmax(self.pieces[start].rows[:, _CONTACT] > 0.5))
         others = np.flatnonzero(contact[:touch])
         release = int(others[-1]) + 1 if len(others) else 0
         first = release if touch - release >= wanted else touch

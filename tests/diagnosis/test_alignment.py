@@ -4,9 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from diagnosis_samples import Strokes, contact_recording
+from trial_samples import changed
 
-from mmt_drake.diagnosis.checks.alignment import offset_findings
+from mmt_drake.diagnosis.checks.alignment import normal_fit, offset_findings
 from mmt_drake.diagnosis.signals.lags import LagFit
+from mmt_drake.diagnosis.signals.smoother import smooth
 
 STEP = 1e-3
 
@@ -41,4 +44,16 @@ def test_an_offset_is_told_where_it_explains_more(fit: LagFit, code: str, severi
     ids=["no touch", "explains little", "no spring", "a damper that pumps"],
 )
 def test_nothing_is_said_where_the_offset_stands_for_something_else(fit: LagFit | None) -> None:
+    assert offset_findings(fit, STEP) == []
+
+
+def test_a_spring_that_hardens_and_relaxes_on_one_clock_is_not_called_late() -> None:
+    recording, tau = contact_recording(), 0.1
+    t = recording.time
+    depth = np.maximum(-Strokes().z(t), 0.0)
+    relaxed = np.zeros(len(t))
+    for i in range(1, len(t)):
+        relaxed[i] = relaxed[i - 1] + (t[i] - t[i - 1]) / tau * (depth[i] ** 3 - relaxed[i - 1])
+    fit = normal_fit(smooth(changed(recording, force_z=1e8 * depth**3 - 8e7 * relaxed * (depth > 0.0))))
+    assert fit is not None and fit.offset > 0.02, "two laws in one look late to a spring and a damper"
     assert offset_findings(fit, STEP) == []

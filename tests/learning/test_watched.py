@@ -62,6 +62,14 @@ def test_a_window_begins_with_the_free_space_right_before_its_contact_if_that_is
     assert flags(seen.window(SAMPLE, OPTIONS)) == [0.0] * with_it + [1.0] * WINDOW
 
 
+def test_free_space_within_the_first_piece_counts() -> None:
+    first = np.zeros((5 + WINDOW, ROW))
+    first[5:, -1] = 1.0
+    seen = Watched().seeing(piece(FREE - 5, 1.0, contact=0.0), SAMPLE, OPTIONS)
+    seen = seen.seeing(Piece.of(first, 1.0), SAMPLE, OPTIONS)
+    assert flags(seen.window(SAMPLE, OPTIONS)) == [0.0] * FREE + [1.0] * WINDOW
+
+
 @pytest.mark.parametrize(("earlier", "from_touch"), [(REACH, True), (REACH + 1, False)])
 @pytest.mark.parametrize("free", [3, FREE])
 def test_a_window_begins_with_the_touch_where_that_is_not_long_ago(earlier: int, from_touch: bool, free: int) -> None:

@@ -37,6 +37,7 @@ def normal_fit(smoothed: Smoothed) -> LagFit | None:
     are k and b, of these alone. Of all offsets to 0.6 s the one of least squares counts, the nearer to nothing of two:
     that one, and with the simplest of what else would pass for an offset left free: a spring and a damper that grow
     with the depth, and what of the forces along x and y a sensor that is askew reads along z. An offset shows in both.
+    What is explained is of the fit whose offset counts, where k and b alone explain the force; else of these alone.
     """
     if smoothed.kind != "contact" or len(smoothed.contact.changes) == 0 or not smoothed.in_contact.any():
         return None
@@ -51,8 +52,10 @@ def normal_fit(smoothed: Smoothed) -> LagFit | None:
     free = best_lag(np.column_stack([causes, beside]), smoothed.output[:, 2], *how)
     if plain is None or free is None:
         return plain
-    free = replace(free, coefficients=plain.coefficients, unshifted=plain.unshifted)
-    return min(plain, free, key=lambda fit: abs(fit.offset))
+    freed = replace(plain, offset=free.offset, standard_error=free.standard_error)
+    if plain.explained >= _EXPLAINED:  # then how much better it is with the offset goes by the fit that it is of
+        freed = replace(freed, explained=free.explained, explained_unshifted=free.explained_unshifted)
+    return min(plain, freed, key=lambda fit: abs(fit.offset))
 
 
 def law_fit(smoothed: Smoothed) -> LagFit | None:

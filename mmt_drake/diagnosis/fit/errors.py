@@ -170,7 +170,8 @@ def noise_through(model: Structure, recording: Recording, smoothed: Smoothed) ->
     Motion as it was smoothed is replayed, and that with white noise as strong as the recorded one's; the difference is
     returned. So it has what noise bends as well: where a law counts noise as a way, its loop is smaller than that of
     the motion. Motion whose velocity was derived, and a driven body's input and output as far as states are fitted to
-    it, are replayed as recorded and with as much noise again: the polynomials that derive a rate go by the noise.
+    it, are replayed as recorded and with as much noise again: the polynomials that derive a rate go by the noise. A hum
+    of the position counts as noise; where no filter applies, smoothed motion is the recorded one.
 
     Raises:
         BadInput, MmtError: as `free_running`.
@@ -198,7 +199,7 @@ def _quiet_and_noisy(recording: Recording, smoothed: Smoothed) -> tuple[Recordin
             noisy[name] = recording[name] + noise_of(name, std)
         noisy["output"][0] = recording["output"][0]
         return recording, replace(recording, columns=noisy)
-    axes = [name for name in ("position", "position_x", "position_y", "position_z") if name in recording]
+    axes = [name for name in ("position", "position_x", "position_y", "position_z") if name in smoothed.noise]
     positions, rates = smoothed.motion_at(recording.time)
     for name, position, rate in zip(axes, positions.T, rates.T, strict=True):
         velocity = name.replace("position", "velocity")
