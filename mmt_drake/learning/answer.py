@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import astuple, dataclass, replace
 from enum import IntEnum
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -113,10 +114,11 @@ def look(rows: Array, sample: float, theta: Array, begun: float, executor: Execu
 def _looked(rows: Array, sample: float, theta: Array, begun: float, executor: Executor) -> LookResult:
     time: Array = np.arange(len(rows), dtype=np.float64) * sample
     recording = Recording(time, dict(zip(_COLUMNS, rows.T, strict=True)), source="contact")
+    held_against = partial(diagnose, [recording], executor=executor, next_motion=False)
     try:
-        outcome = diagnose([recording], _model(theta), executor=executor, next_motion=False)
+        outcome = held_against(_model(theta))
     except MmtError:  # numbers of a few samples, of what was taken for another object, need not be those of any
-        outcome = diagnose([recording], _model(np.array(astuple(Prior()))), executor=executor, next_motion=False)
+        outcome = held_against(_model(np.array(astuple(Prior()))))
     found = answer_of(outcome)
     bias, rate = found.sensor.bias, found.sensor.rate
     return replace(found, sensor=found.sensor._replace(bias=bias - rate * begun))

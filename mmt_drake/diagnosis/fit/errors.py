@@ -207,11 +207,10 @@ def _quiet_and_noisy(recording: Recording, smoothed: Smoothed) -> tuple[Recordin
         if was_read:
             quiet[name], quiet[velocity] = position, rate
         noisy[name] = quiet[name] + noise_of(name, smoothed.noise[name].std)
-        noisy[velocity] = (
-            rate + noise_of(velocity, smoothed.noise[velocity].std)
-            if was_read
-            else rate_of(recording.time, noisy[name])
-        )
+        if was_read:
+            noisy[velocity] = rate + noise_of(velocity, smoothed.noise[velocity].std)
+        else:
+            noisy[velocity] = rate_of(recording.time, noisy[name])
     return replace(recording, columns=quiet), replace(recording, columns=noisy)
 
 
