@@ -113,9 +113,22 @@ def test_a_model_is_right_or_wrong_in_its_values_alone_before_any_physics_is_mis
     ],
 )
 def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, of_refit, verdict):
-    parts = {"parameters": 0.05, "coulomb_friction": named, "nameless": nameless}
+    parts = {"parameters": 0.05, "coulomb_friction": named, "nameless": nameless, "noise": 0.0}
     shares = [BudgetPart(part, share) for part, share in parts.items()]
     assert with_physics(left, shares, of_refit) == verdict
+
+
+@pytest.mark.parametrize(
+    ("left", "noise", "verdict"),
+    [
+        (REMAINS, 0.5, "missing_physics"),
+        (REMAINS + 0.1, 0.5, "partly_explained"),
+        (REMAINS + 0.1, NAMELESS, "missing_physics"),
+    ],
+)
+def test_much_noise_hides_no_rest_that_stands_out_where_noise_is_small(left, noise, verdict):
+    parts = {"coulomb_friction": 1.0 - noise, "nameless": 0.0, "noise": noise}
+    assert with_physics(left, [BudgetPart(*part) for part in parts.items()], of_refit=1.0) == verdict
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mmt_drake.diagnosis.decide.budget import NAMELESS as NAMELESS_PART
-from mmt_drake.diagnosis.decide.budget import NO_EFFECTS, BudgetPart
+from mmt_drake.diagnosis.decide.budget import NO_EFFECTS, NOISE, BudgetPart
 from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 
@@ -113,7 +113,7 @@ def without_names(shares: Sequence[BudgetPart], nominal_left: float, refit_left:
         changed: whether the refit predicts better, and its numbers are others than those handed in.
     """
     least = min(nominal_left, refit_left)
-    if least > REMAINS or (least > COLOURED and _of_nameless(shares) > NAMELESS):
+    if least > REMAINS or (least > COLOURED and _share(shares, NAMELESS_PART) > NAMELESS):
         return "unexplained"
     gain = nominal_left**2 - refit_left**2
     if changed and gain > NO_MISMATCH**2:
@@ -129,13 +129,15 @@ def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> 
         shares: its budget.
         of_refit: what part the effects take off what a refit leaves beyond the noise, on held-out data.
     """
-    nameless = _of_nameless(shares)
+    nameless, noise = _share(shares, NAMELESS_PART), _share(shares, NOISE)
     named = math.fsum(part.share for part in shares if part.part not in NO_EFFECTS)
-    if left <= NOTHING_LEFT or (nameless <= NAMELESS and of_refit >= WHOLE):
+    # Noise that counts in the budget may hide a rest of its size: within the band, where it is small, that would stand.
+    is_all = nameless <= NAMELESS and of_refit >= WHOLE and (noise <= NAMELESS or left <= REMAINS)
+    if left <= NOTHING_LEFT or is_all:
         return "missing_physics"
     is_part = (named >= NAMED and of_refit >= LEAST) or of_refit >= OF_REFIT
     return "partly_explained" if is_part else "unexplained"
 
 
-def _of_nameless(shares: Sequence[BudgetPart]) -> float:
-    return next(part.share for part in shares if part.part == NAMELESS_PART)
+def _share(shares: Sequence[BudgetPart], name: str) -> float:
+    return next(part.share for part in shares if part.part == name)
