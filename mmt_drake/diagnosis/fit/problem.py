@@ -35,6 +35,7 @@ LEAST_BLOCKS = 24
 """... at most this part of a recording."""
 _SPLIT, _EVERY = 12, 3
 """A recording is split into so many blocks, of which every so manieth is held out."""
+_QUIET = 0.05  # of what a fit leaves of the loudest track
 _SETTLED = 1.5  # RMS of the residual over the noise floor
 
 
@@ -124,8 +125,9 @@ class Problem:
     def eased(self, fitted: Fitted) -> list[Problem]:
         """The one or two tracks, each alone, that a fit leaves most of; of these what is easiest (`Track.eased`).
 
-        A normal axis of which it leaves no more than noise is none of them, nor another axis where it leaves most of
-        the normal one. A problem with nothing to leave out is its own only part.
+        One that leaves next to nothing beside the other is none of them, nor a normal axis of which it leaves no more
+        than noise, nor another axis where it leaves most of the normal one. A problem with nothing to leave out is its
+        own only part.
         """
 
         def left(track: Track) -> float:
@@ -140,7 +142,9 @@ class Problem:
             return [self]
         loudest = max(self.tracks, key=left)
         open_ones = [track for track in self.tracks if not is_settled(track)] or self.tracks
-        return [replace(self, tracks=(track.eased(),)) for track in sorted(open_ones, key=left)[-1:-3:-1]]
+        first, *others = sorted(open_ones, key=left)[-1:-3:-1]
+        chosen = [first, *(track for track in others if left(track) >= _QUIET * left(first))]
+        return [replace(self, tracks=(track.eased(),)) for track in chosen]
 
     def fit(
         self,

@@ -1,8 +1,9 @@
 """The search for missing physics: every effect is tried beside what is known, from several starts; then pairs.
 
 A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
-that fit and from the nominal parameters. What does not happen in the recordings (half a period of a disturbance, a law
-of turns where nothing turns) imitates any drift: it may rule out others, but nothing is built on it.
+that fit and, where they are worse, from the nominal parameters. What does not happen in the recordings (half a period
+of a disturbance, a law of turns where nothing turns) imitates any drift: it may rule out others, but nothing is built
+on it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,6 +32,8 @@ _LITTLE = 5.0
 together are any good neither is, alone."""
 _PAIRS, _PROMISED = 4, 0.3
 """Pairs that are tried for what both promise together: so many at most, and what promises this part of the cost."""
+_ALIKE = 1.1
+"""The numbers handed in are a second origin where they cost this much more than the fitted ones."""
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
@@ -51,7 +54,9 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
     is_little = problem.left(base) <= _LITTLE
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     parts = problem.eased(base)
-    origins = [*Seed.on_parts(base, parts, steps=SETTLING_STEPS), *Seed.on_parts(nominal, parts)]
+    origins = Seed.on_parts(base, parts, steps=SETTLING_STEPS)
+    if nominal.cost > _ALIKE * base.cost:
+        origins += Seed.on_parts(nominal, parts)
     tries = all_starts(origins, library, scales)
     seeds = [base]
     best_starts: dict[str, Start] = {}

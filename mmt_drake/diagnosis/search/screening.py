@@ -8,7 +8,7 @@ stick-slip into one of many minima.
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from itertools import zip_longest
 
@@ -28,8 +28,11 @@ TRY_MORE = 1.5
 """RMS of the residual over the noise floor above which a further effect is looked for."""
 _LOOK_STEPS, _HOPELESS = 6, 4.0
 """Where one explains enough, what leaves this many times its variance after so many steps goes no further."""
-_FEW_STARTS = 4
-"""Of what has more starts, so many are screened."""
+_POOR = 0.1
+"""Nor, where none explains enough, what gained less than this part of what the best one did."""
+_FEW_STARTS, _HOPEFUL, _SETS = 4, 12, 60
+"""So many starts are screened of each of so many sets of effects that promise most, one of each of the others, and so
+many sets at all."""
 _WIDENED, _SAME_MINIMUM = 2, 0.01
 """Of each set of effects so many go on to the whole problem; less apart than this part of it they ended alike."""
 _FIRST = 2
@@ -81,8 +84,9 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
                 break
     best = sorted((pair for pairs in settled.values() for pair in _apart(pairs)), key=_cost)
     most = math.inf
-    if best and (first := best[0][1]) is not None and problem.left(first) <= TRY_MORE:
-        most = _HOPELESS * first.cost
+    if best and (first := best[0][1]) is not None:
+        base = best[0][0].seed.fitted.cost
+        most = _HOPELESS * first.cost if problem.left(first) <= TRY_MORE else base - _POOR * (base - first.cost)
     fits = executor.map(Start.widened, *zip(*((start, problem, fit, most) for start, fit in best), strict=True))
     again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
     for s in again:
@@ -91,7 +95,7 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
 
 
 def _promising(tries: Sequence[Start], executor: Executor, watch: Watch) -> list[Start]:
-    """Of the many starts of an effect beside one seed those that promise most.
+    """Of the many starts of an effect beside one seed those that promise most; fewer where the effect promises little.
 
     The best one of each effect and seed comes first, then the second ones; of these what promises most. Should time be
     short, what promises least has had no turn. What a little of an effect does not show (an end stop further out)
@@ -106,16 +110,18 @@ def _promising(tries: Sequence[Start], executor: Executor, watch: Watch) -> list
             break
     middle = statistics.median(promised) if promised else 0.0
     promised = [promise or middle for promise in promised] + [middle] * (len(tries) - len(promised))
-    best = sorted(range(len(tries)), key=lambda i: -promised[i])
-    return _in_turn([tries[i] for i in best], _FEW_STARTS)
+    best = [tries[i] for i in sorted(range(len(tries)), key=lambda i: -promised[i])]
+    names = list(dict.fromkeys(start.name for start in best))[:_SETS]
+    return _in_turn(best, {name: _FEW_STARTS if rank < _HOPEFUL else 1 for rank, name in enumerate(names)})
 
 
-def _in_turn(tries: Sequence[Start], most: int | None = None) -> list[Start]:
-    """The first start of each effect beside each seed, then the second ones, and so on; so many of each at most."""
+def _in_turn(tries: Sequence[Start], most: Mapping[str, int] | None = None) -> list[Start]:
+    """The first start of each effect beside each seed, then the second ones, and so on; at most so many by name."""
     starts: dict[tuple[str, int], list[Start]] = {}
     for start in tries:
         starts.setdefault((start.name, id(start.seed)), []).append(start)
-    turns = zip_longest(*(some[:most] for some in starts.values()))
+    kept = (some if most is None else some[: most.get(name, 0)] for (name, _), some in starts.items())
+    turns = zip_longest(*kept)
     return [start for turn in turns for start in turn if start is not None]
 
 
