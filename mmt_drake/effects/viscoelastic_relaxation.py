@@ -20,7 +20,7 @@ from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 TIME_CONSTANT = Parameter("tau", "s", (1e-5, inf), vanishes_at=0.1, shape=True)
 """Of a branch that relaxes."""
-_NO_MORE_THAN_A_SPRING = 10.0  # durations of a recording that the branch takes to give way
+_NO_MORE_THAN_A_SPRING = 10.0  # durations of the longest contact that the branch takes to give way
 
 
 def _stored(at: At, q: Own, p: Numbers) -> Result:
@@ -44,9 +44,8 @@ def time_constants(scales: Scales) -> list[float]:
 
 
 def relaxes(values: Values, ranges: Ranges) -> bool:
-    """True where the branch gives way while it is recorded; one that does not is a spring."""
-    low, high = ranges["time"]
-    return values["tau"] < _NO_MORE_THAN_A_SPRING * (high - low)
+    """True where the branch, relaxed at each touch, gives way until the release; one that does not is a spring."""
+    return values["tau"] < _NO_MORE_THAN_A_SPRING * ranges["since_touch"][1]
 
 
 EFFECT = Effect(

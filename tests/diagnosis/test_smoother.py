@@ -230,6 +230,9 @@ def test_the_share_of_contact_about_each_time_is_exact():
     times = np.array([0.0, 0.9, 1.0, 1.2, 2.45, 3.0])
     np.testing.assert_allclose(contact.share(times, 0.4), [1.0, 0.75, 0.5, 0.0, 0.375, 1.0], atol=1e-12)
     np.testing.assert_array_equal(contact.at(times), [True, True, False, False, False, True])
+    np.testing.assert_allclose(contact.since(times), [0.0, 0.9, 0.0, 0.0, 0.0, 0.5], atol=1e-12)
+    np.testing.assert_allclose(ContactTimes(False, np.array([2.5])).since(times)[-2:], [0.0, 0.5], atol=1e-12)
+    assert not ContactTimes(False, np.zeros(0)).since(times).any()
 
 
 def test_noise_about_the_surface_makes_no_chatter():

@@ -134,8 +134,16 @@ class ConfidenceSet:
             and not any(m.hypothesis.key < f.hypothesis.key or _is_simpler(m, f) for m in found.members)
         )
         near = [f for f in found.members if f.hypothesis.key in alike]
-        drawing = frozenset(f.hypothesis.key for f in found.members if any(_is_simpler(one, f) for one in near))
-        return replace(found, turning=turns(problem, fits[best]), rivals=rivals, drawing=drawing)
+        leaves = {f.hypothesis.key: cost for f, cost in zip(fits, costs, strict=True)}
+
+        def is_at_a_limit(fitted: Fitted) -> bool:
+            """Whether it predicts no better than one that it holds: an interval does not show a number without end."""
+            least = leaves[fitted.hypothesis.key]
+            return any(leaves[one.hypothesis.key] <= least and _holds(fitted, one) for one in near)
+
+        members = tuple(f for f in found.members if not is_at_a_limit(f))
+        drawing = frozenset(f.hypothesis.key for f in members if any(_is_simpler(one, f) for one in near))
+        return replace(found, members=members, turning=turns(problem, fits[best]), rivals=rivals, drawing=drawing)
 
     @classmethod
     def sifted(
@@ -332,9 +340,19 @@ def contenders(ranked: Sequence[Fitted], count: int) -> list[Fitted]:
 
 def _is_simpler(one: Fitted, other: Fitted) -> bool:
     """Whether one fit is the other with a simpler law in the place of one."""
+    return any(law.is_simpler_than(replaced) for law, replaced in _exchanged(one, other))
+
+
+def _holds(one: Fitted, other: Fitted) -> bool:
+    """Whether one fit is the other with a law in the place of one that it holds (`Effect.holds`)."""
+    return any(held.name in law.holds for law, held in _exchanged(one, other))
+
+
+def _exchanged(one: Fitted, other: Fitted) -> list[tuple[Effect, Effect]]:
+    """The law of one fit that the other has not, and the one that it has instead; empty where they differ otherwise."""
     mine, theirs = set(one.hypothesis.effects), set(other.hypothesis.effects)
-    own, replaced = mine - theirs, theirs - mine
-    return len(own) == len(replaced) == 1 and own.pop().is_simpler_than(replaced.pop())
+    own, instead = mine - theirs, theirs - mine
+    return [(own.pop(), instead.pop())] if len(own) == len(instead) == 1 else []
 
 
 def not_to_be_named(problem: Problem, fitted: Fitted) -> frozenset[str]:

@@ -103,7 +103,8 @@ def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:
     for track in problem.tracks:
         _, states = track.replay(fitted.model, problem.coarse, fitted.late)
         used = track.weight > 0.0
-        own = {**states, "time": track.time - track.time[0]}
+        since_touch = track.smoothed.contact.since(track.time)
+        own = {**states, "time": track.time - track.time[0], "since_touch": since_touch}
         if not isinstance(track, NormalTrack):
             own["force"] = track.measured
         for name, values in own.items():

@@ -41,6 +41,14 @@ class ContactTimes:
         flags: Flags = (np.searchsorted(self.changes, times, side="right") % 2 == 1) ^ self.starts_in
         return flags
 
+    def since(self, times: Array) -> Array:
+        """How long there has been contact (n,) [s] at these times, from the first of them at most; 0 off contact."""
+        starts = [times[0], *self.touches] if self.starts_in else self.touches
+        if not len(starts):
+            return np.zeros(len(times))
+        latest = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, None)
+        return np.where(self.at(times), times - np.take(starts, latest), 0.0)
+
     def share(self, times: Array, width: float) -> Array:
         """Share of contact (n,) in the interval of this width [s] about each of these times."""
         switches = np.concatenate([[-np.inf], self.changes, [np.inf]])
