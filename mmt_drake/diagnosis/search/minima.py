@@ -10,12 +10,13 @@ from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, r
 from mmt_drake.diagnosis.search.starts import SETTLED, SETTLING_STEPS, Seed, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 from mmt_drake.effects.effect import Effect
+from mmt_drake.effects.viscoelastic_relaxation import TIME_CONSTANT
 from mmt_drake.errors import attempt
 
 _RESTARTED, _MOVES = 2, 8
 _FIRST_STEPS, _TAKEN_ON = 2, 3
 """After so many steps from every move, so many of each set are taken on."""
-_TURNS, _IN_VAIN, _BETTER = 12, 3, 0.9
+_TURNS, _IN_VAIN, _BETTER = 12, 2, 0.9
 """So many turns at most, and so many one after the other that leave more than this part of the variance."""
 _RUGGED = 2.5
 """RMS of the residual over the noise above which another minimum is sought where there are many ..."""
@@ -135,4 +136,5 @@ def moved_about(
 
 
 def _has_events(effect: Effect) -> bool:
-    return effect.target == "Fc" or any(p.shape for p in effect.parameters)
+    """Whether it sticks, begins, ends or turns somewhere; what relaxes only goes on."""
+    return effect.target == "Fc" or any(p.shape and p != TIME_CONSTANT for p in effect.parameters)
