@@ -17,6 +17,7 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.in_plane import per_axis_if_better
 from mmt_drake.diagnosis.search.starts import Screened, Start
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
+from mmt_drake.errors import attempt
 
 Enough = Callable[[Fitted], bool]
 
@@ -33,6 +34,8 @@ _POOR = 0.1
 _FEW_STARTS, _HOPEFUL, _SETS = 4, 12, 60
 """So many starts are screened of each of so many sets of effects that promise most, one of each of the others, and so
 many sets at all."""
+_GOING_ON = 16
+"""So many sets of effects go on after a first look; the others stay as it found them."""
 _WIDENED, _SAME_MINIMUM = 2, 0.01
 """Of each set of effects so many go on to the whole problem; less apart than this part of it they ended alike."""
 _FIRST = 2
@@ -44,6 +47,8 @@ starts, and again for more steps from the better ones, best first; so many sets 
 
 def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further: int = 1000) -> list[Screened]:
     """Screen all starts, as long as there is time; of each set of effects the best from each origin, best first.
+
+    Those that a first look leaves most of are as it found them.
 
     Args:
         setup: of the search.
@@ -69,6 +74,7 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
                 break
     better = (s for starts in found.values() for s in sorted(starts, key=lambda s: s.left)[:kept])
     chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
+    chosen, behind = _better_half(chosen)
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
     with watch.within(_SETTLING):  # those that promise most come first
@@ -91,7 +97,17 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
     for s in again:
         watch.saw(s.fitted.hypothesis.label, problem.left(s.fitted))
+    looked_at = ((s.start, attempt(problem.unchanged, s.fitted.hypothesis, s.fitted.x)) for s in behind)
+    again += [Screened(start, fit) for start, fit in looked_at if fit is not None]
     return sorted(again, key=lambda s: s.fitted.cost)
+
+
+def _better_half(looked_at: Sequence[Screened]) -> tuple[list[Screened], list[Screened]]:
+    """All starts of those sets of effects that a first look leaves least of, and of each other set the best start."""
+    ranked = list(dict.fromkeys(s.fitted.hypothesis.key for s in sorted(looked_at, key=lambda s: s.left)))
+    first, others = set(ranked[:_GOING_ON]), ranked[_GOING_ON:]
+    best = {s.fitted.hypothesis.key: s for s in sorted(looked_at, key=lambda s: -s.left)}
+    return [s for s in looked_at if s.fitted.hypothesis.key in first], [best[key] for key in others]
 
 
 def _promising(tries: Sequence[Start], executor: Executor, watch: Watch) -> list[Start]:
