@@ -116,13 +116,8 @@ class BoxTrack(_OfBox):
 
     def _since_touch(self, stretch: Array) -> Array:
         """Probe less body (n,), less what it was at the latest touch; 0 off contact."""
-        s = self.smoothed
-        starts = [s.time[0], *s.contact.touches] if s.contact.starts_in else list(s.contact.touches)
-        if not starts:
-            return np.zeros_like(stretch)
-        at_touch = np.interp(starts, s.time, stretch)
-        latest = np.clip(np.searchsorted(starts, s.time, side="right") - 1, 0, None)
-        return np.where(s.in_contact, stretch - at_touch[latest], 0.0)
+        time = self.smoothed.time
+        return stretch - np.interp(time - self.smoothed.contact.since(time), time, stretch)
 
 
 @dataclass(frozen=True)

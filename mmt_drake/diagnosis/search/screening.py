@@ -74,7 +74,7 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
                 break
     better = (s for starts in found.values() for s in sorted(starts, key=lambda s: s.left)[:kept])
     chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
-    chosen, behind = _better_half(chosen)
+    chosen, behind = _going_on(chosen)
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
     with watch.within(_SETTLING):  # those that promise most come first
@@ -102,7 +102,7 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     return sorted(again, key=lambda s: s.fitted.cost)
 
 
-def _better_half(looked_at: Sequence[Screened]) -> tuple[list[Screened], list[Screened]]:
+def _going_on(looked_at: Sequence[Screened]) -> tuple[list[Screened], list[Screened]]:
     """All starts of those sets of effects that a first look leaves least of, and of each other set the best start."""
     ranked = list(dict.fromkeys(s.fitted.hypothesis.key for s in sorted(looked_at, key=lambda s: s.left)))
     first, others = set(ranked[:_GOING_ON]), ranked[_GOING_ON:]
@@ -111,7 +111,9 @@ def _better_half(looked_at: Sequence[Screened]) -> tuple[list[Screened], list[Sc
 
 
 def _promising(tries: Sequence[Start], executor: Executor, watch: Watch) -> list[Start]:
-    """Of the many starts of an effect beside one seed those that promise most; fewer where the effect promises little.
+    """Of the many starts of a set of effects beside one seed those that promise most.
+
+    One, where the set is not among those that promise most, and none of those that promise least of very many.
 
     The best one of each effect and seed comes first, then the second ones; of these what promises most. Should time be
     short, what promises least has had no turn. What a little of an effect does not show (an end stop further out)
