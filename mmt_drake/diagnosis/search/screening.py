@@ -73,8 +73,7 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
                 watch.miss(a.name for a in tries if a.name not in tried)
                 break
     better = (s for starts in found.values() for s in sorted(starts, key=lambda s: s.left)[:kept])
-    chosen = sorted(better, key=lambda s: s.fitted.cost)[:further]
-    chosen, behind = _going_on(chosen)
+    chosen, behind = _going_on(sorted(better, key=lambda s: s.fitted.cost)[:further])
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
     with watch.within(_SETTLING):  # those that promise most come first
@@ -97,8 +96,8 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     again = [Screened(start, fit) for (start, _), fit in zip(best, fits, strict=True) if fit is not None]
     for s in again:
         watch.saw(s.fitted.hypothesis.label, problem.left(s.fitted))
-    looked_at = ((s.start, attempt(problem.unchanged, s.fitted.hypothesis, s.fitted.x)) for s in behind)
-    again += [Screened(start, fit) for start, fit in looked_at if fit is not None]
+    fits = executor.map(lambda s: attempt(problem.unchanged, s.fitted.hypothesis, s.fitted.x), behind)
+    again += [Screened(s.start, fit) for s, fit in zip(behind, fits, strict=True) if fit is not None]
     return sorted(again, key=lambda s: s.fitted.cost)
 
 
