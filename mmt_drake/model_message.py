@@ -33,6 +33,8 @@ VERSION: Final = 2
 """Of what is laid out here; a message of another one is refused."""
 STRUCTURE: Final = FlexibleBoxModel.NAME
 """The one structure that theta is of."""
+_CLEARANCE: Final = "contact_gap"
+"""The effect that is felt and no law with a force of its own."""
 
 _SLOTS = (Slot.BODY, Slot.CONTACT, Slot.FRICTION)
 _GREATEST = 2**53  # whole numbers that float64 holds
@@ -132,7 +134,7 @@ class ModelMessage:
 
     @property
     def acting(self) -> tuple[tuple[Effect, ActiveLaw], ...]:
-        """Its effects, each with its law as it acts in `box_of` its theta."""
+        """Its effects that have a law, as that acts in `box_of` its theta; a clearance has none."""
         box = box_of(self.theta)
         for told in self.effects:
             if told.name in LIBRARY:
@@ -149,8 +151,13 @@ class ModelMessage:
                 expected += f": {passive.where}" if passive is not None else ", of which nobody knows any"
                 raise NotFelt(_SOURCE, at=name, found=found, expected=expected)
         laws = {"": iter(model.additions.laws), "z": iter(model.along_normal.laws)}
-        effects = tuple(LIBRARY[told.name] for told in self.effects)
+        effects = tuple(LIBRARY[told.name] for told in self.effects if told.name != _CLEARANCE)
         return tuple((effect, next(laws[effect.axis])) for effect in effects)
+
+    @property
+    def clearance(self) -> float:
+        """Of the contact spring [m]."""
+        return math.fsum(told.parameters["gap"] for told in self.effects if told.name == _CLEARANCE)
 
     def _check_defaults(self, effect: Effect, given: Mapping[str, float]) -> None:
         """Refuse numbers that are left to a theta that is not known."""
@@ -236,14 +243,11 @@ def _check_place(effect: Effect) -> None:
         raise NotFelt(
             _SOURCE, at=effect.name, found=found, expected="one of friction, contact or body: it is never felt"
         )
-    if effect.law is None or effect.law.slot not in _SLOTS:
+    if effect.name != _CLEARANCE and (effect.law is None or effect.law.slot not in _SLOTS):
         found, expected = (
             "what is no law with numbers of its own",
             "a law; what adds to a number of theta is told by that",
         )
-        raise NotFelt(_SOURCE, at=effect.name, found=found, expected=expected)
-    if effect.axis and effect.replaces is not None:
-        found, expected = f"an effect that does without {effect.replaces}", "a law beside the spring along the normal"
         raise NotFelt(_SOURCE, at=effect.name, found=found, expected=expected)
 
 

@@ -23,6 +23,7 @@ from mmt_drake.model.parameters import (
     B2,
     FD,
     FS,
+    GAP,
     K1,
     K2,
     KERNEL_SIZE,
@@ -31,13 +32,14 @@ from mmt_drake.model.parameters import (
     NORMAL_AXIS,
     NORMAL_B,
     NORMAL_K,
+    THETA_AT,
     VD,
     M,
     accurate_step,
 )
 from mmt_drake.model.turned import TURN_SIZE, rotation
 from mmt_drake.model_message import ModelMessage
-from mmt_drake.numeric.arrays import Array, assign
+from mmt_drake.numeric.arrays import Array, Flags, assign
 from mmt_drake.numeric.layout import Layout
 
 _TABLE_SIZE = HEAD + MOST_EFFECTS * ENTRY
@@ -57,6 +59,7 @@ NUMBER = _next()  # of the message; 0: there is none
 REFUSED = _next()  # 0, or the status that says why it is passed over
 COUNT = _next()  # of laws
 ALONG_NORMAL = _next()  # of these, along the surface normal
+CLEARANCE = _next()  # of the contact spring [m], which is no law of a table
 _TABLE = _next(_TABLE_SIZE)
 _BOUNDS = _next(2)  # stiffness and damping
 _NORMAL_PART = _next(_NORMAL_SIZE)
@@ -69,19 +72,19 @@ NO_LAWS = np.zeros(TOLD_SIZE)
 
 _STANDS = {"m": M, "k": K1, "k2": K2, "b": B1, "b2": B2, "Fc": FD, "normal_k": NORMAL_K, "normal_b": NORMAL_B}
 """Common symbol -> where its number stands in a kernel vector; others do not change with theta."""
-_TAKEN = {"Fc": (FS, FD, VD), "b": (B1,)}
+_TAKEN = {"Fc": (FS, FD, VD), "b": (B1,), "normal_k": (NORMAL_K,)}
 """Common symbol -> the numbers that go where a law replaces it."""
 
 
 def told_by(message: ModelMessage) -> Array:
     """(TOLD_SIZE,) what a message tells of laws."""
     told, effects = np.zeros(TOLD_SIZE), message.acting
+    told[NUMBER], told[CLEARANCE] = message.number, message.clearance
     if not effects:
-        told[NUMBER] = message.number
         return told
     along = [law for effect, law in effects if not effect.axis]
     normal = [law for effect, law in effects if effect.axis]
-    told[NUMBER], told[COUNT], told[ALONG_NORMAL] = message.number, len(effects), len(normal)
+    told[COUNT], told[ALONG_NORMAL] = len(effects), len(normal)
     entries = table(tuple(along), LAW_TABLE)
     told[_TABLE : _TABLE + len(entries)] = entries
     if normal:
@@ -117,6 +120,13 @@ def _normal_part(laws: list[ActiveLaw], along: list[ActiveLaw]) -> Array:
     return np.concatenate([rotation(0.0, 0.0, 0.0), own, head, entries.ravel()])
 
 
+def without_effect(known: Array) -> Flags:
+    """(10,) of theta: whether a law that is known (TOLD_SIZE,) has taken the number's place, and does without it."""
+    if known[COUNT] == 0.0:
+        return np.zeros(len(THETA_AT), dtype=bool)
+    return np.isin(THETA_AT, known[_REPLACED:]) & ~np.isin(THETA_AT, known[_USES:_REPLACED])
+
+
 def remembers_along_normal(known: Array) -> bool:
     """Whether a law along the normal that is known (TOLD_SIZE,) has a memory."""
     first = _TABLE + HEAD
@@ -129,8 +139,8 @@ def along_normal(
 ) -> Array:
     """(3, n) force along the normal with the laws that are known: of each unit of its k and b, and the rest [N].
 
-    Both are linear in it, be it that a law is in proportion to one of them. Of a contact at the first sample what may
-    relax has relaxed, and a loop is in its middle.
+    It is linear in both, be it that a law is in proportion to one of them; of one whose place a law takes it is nothing.
+    Of a contact at the first sample what may relax has relaxed, and a loop is in its middle.
 
     Args:
         known: (TOLD_SIZE,).
@@ -148,13 +158,14 @@ def along_normal(
     time: Array = sample * np.arange(len(height), dtype=np.float64)
     changes = time[1:][np.diff(contact) != 0.0] if changes is None else changes
     laws = np.empty((3, len(height)))
-    for force, k, b in zip(laws, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), strict=True):
+    for row, (k, b) in enumerate(((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))):
         p = np.zeros(VECTOR_SIZE)
         p[NORMAL_K], p[NORMAL_B] = k, b
         put_laws(known, p)
+        found[row] *= k * p[NORMAL_K] + b * p[NORMAL_B]
         axis = p[_NORMAL + TURN_SIZE :]
         try:
-            replay_normal(time, height, rate, bool(contact[0]), changes, axis, force)
+            replay_normal(time, height, rate, bool(contact[0]), changes, axis, laws[row])
         except RuntimeError as error:  # as of a fit along the surface
             raise MmtError(str(error)) from None
     found[:2] += laws[:2] - laws[2]
@@ -176,7 +187,7 @@ def told_by_bytes(vector: bytes) -> Array:
 @njit(cache=True)
 def put_laws(known: Array, p: Array) -> None:
     """Put the laws that are known into a kernel vector (VECTOR_SIZE,) that theta has made."""
-    p[LAWS] = known[COUNT]
+    p[LAWS], p[GAP] = known[COUNT], known[CLEARANCE]
     if known[COUNT] == 0.0:
         return
     assign(p[KERNEL_SIZE:STIFFNESS], known[_TABLE:_BOUNDS])
@@ -195,17 +206,29 @@ def put_laws(known: Array, p: Array) -> None:
 
 
 @njit(cache=True)
-def silence(p: Array) -> tuple[float, float]:
-    """Leave a kernel vector without laws; how `sound` brings them back."""
-    were = p[LAWS], p[NORMAL_AXIS]
-    p[LAWS] = p[NORMAL_AXIS] = 0.0
+def tells_any(known: Array) -> bool:
+    """Whether any law is known (TOLD_SIZE,), be it a clearance."""
+    return bool(known[COUNT] != 0.0 or known[CLEARANCE] != 0.0)
+
+
+@njit(cache=True)
+def forget(known: Array) -> None:
+    """Leave nothing known of laws, but the number of the message."""
+    known[COUNT] = known[CLEARANCE] = 0.0
+
+
+@njit(cache=True)
+def silence(p: Array) -> tuple[float, float, float]:
+    """Leave a kernel vector without laws, or a clearance; how `sound` brings them back."""
+    were = p[LAWS], p[NORMAL_AXIS], p[GAP]
+    p[LAWS] = p[NORMAL_AXIS] = p[GAP] = 0.0
     return were
 
 
 @njit(cache=True)
-def sound(p: Array, were: tuple[float, float]) -> None:
+def sound(p: Array, were: tuple[float, float, float]) -> None:
     """Give a kernel vector the laws back that `silence` has taken."""
-    p[LAWS], p[NORMAL_AXIS] = were
+    p[LAWS], p[NORMAL_AXIS], p[GAP] = were
 
 
 @njit(error_model="numpy", forceinline=True)

@@ -61,7 +61,6 @@ def test_names_are_told_apart_by_their_sums():
         (("coulomb_friction", {"Fc": 0.1}), "told by that"),
         (("mass_change", {"time": 1.0, "dm": -0.1}), "no law with numbers"),
         (("normal_stiffness_drift", {"rate": 0.1}), "of which nobody knows any"),
-        (("power_law_stiffness", {"k": 1e3, "p": 1.5}), "does without normal_k, expected a law beside the spring"),
     ],
 )
 def test_what_must_not_or_cannot_be_felt_is_refused_with_the_reason(effect, why):
@@ -105,6 +104,13 @@ def test_a_vector_that_is_not_sound_is_refused(at, value, why):
     vector[at] = value
     with pytest.raises(BadInput, match=why):
         ModelMessage.from_vector(vector)
+
+
+def test_a_clearance_is_told_and_has_no_law_of_its_own():
+    gap, cubic = ToldEffect("contact_gap", {"gap": 0.002}), ToldEffect("nonlinear_stiffness", {"k3": 1e6})
+    message = ModelMessage.from_vector(ModelMessage(THETA, effects=(gap, cubic)).vector())
+    assert message is not None and message.clearance == 0.002
+    assert [effect.name for effect, _ in message.acting] == ["nonlinear_stiffness"]
 
 
 def test_a_number_that_is_left_to_a_theta_that_is_not_known_is_refused():

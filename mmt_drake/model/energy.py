@@ -14,9 +14,9 @@ from mmt_drake.model.flexible_box import (
     stored_along_normal,
     tip_of,
 )
-from mmt_drake.model.forces import beside, constants, stored_in_laws
+from mmt_drake.model.forces import beside, constants, deflection, stored_in_laws
 from mmt_drake.model.local_contact import height_above, is_level
-from mmt_drake.model.parameters import K1, K2, LAWS, NORMAL_AXIS, NORMAL_K, M
+from mmt_drake.model.parameters import GAP, K1, K2, LAWS, NORMAL_AXIS, NORMAL_K, M
 from mmt_drake.numeric.arrays import Array
 
 
@@ -24,8 +24,8 @@ from mmt_drake.numeric.arrays import Array
 def stored_energy(state: Array, p: Array) -> float:
     """Energy [J] that an object whose kernel vector is p holds in store.
 
-    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2 and k z²/2 along the normal, and what laws
-    hold (`Law.stored`). As long as no stiffness, damper or mass is negative, the laws are
+    E = m v_m²/2 + k1 x_m²/2 for each tangential axis, and in contact k2 d²/2, d without the clearance, and k z²/2 along
+    the normal, and what laws hold (`Law.stored`). As long as no stiffness, damper or mass is negative, the laws are
     passive (`Effect.passive`) and nothing changes, a hand gets no more out than this.
     """
     energy = 0.0
@@ -34,9 +34,11 @@ def stored_energy(state: Array, p: Array) -> float:
         body = BODY + AXIS_SIZE * i
         x, v = state[body + POSITION], state[body + VELOCITY]
         energy += 0.5 * (p[M] * v * v + p[K1] * x * x)
-        if contact:
+        if contact and p[GAP] == 0.0:
             d = state[PROBE + i] - x - state[body + ANCHOR]
             energy += 0.5 * p[K2] * d * d
+    if contact and p[GAP] != 0.0:
+        energy += _stored_across_gap(state, p)
     if contact and p[NORMAL_AXIS] != 0.0:
         energy += stored_along_normal(state, p)
     if contact and is_level(facet_of(state)):
@@ -45,6 +47,17 @@ def stored_energy(state: Array, p: Array) -> float:
         above = height_above(facet_of(state), tip_of(state))
         energy += 0.5 * (p[K2] * deflection_of(state)[2] ** 2 + p[NORMAL_K] * above**2)
     return energy if p[LAWS] == 0.0 else energy + _stored_in_laws(state, p)
+
+
+@njit(error_model="numpy")
+def _stored_across_gap(state: Array, p: Array) -> float:
+    """In the contact spring behind a clearance, which acts on a level surface alone [J]."""
+    c, (first, second) = constants(p), axes_of_laws(state)
+    x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
+    along, across = around_axis(state, 0, first, p, c), around_axis(state, 1, second, p, c)
+    d_x = deflection(x.x, x.v, 0.0, along, c, beside(y, 0.0, across, c)).d
+    d_y = deflection(y.x, y.v, 0.0, across, c, beside(x, 0.0, along, c)).d
+    return 0.5 * float(p[K2]) * (d_x * d_x + d_y * d_y)
 
 
 @njit(error_model="numpy")

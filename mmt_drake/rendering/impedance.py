@@ -9,7 +9,7 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import watch
-from mmt_drake.model.local_contact import Facet
+from mmt_drake.model.local_contact import Facet, is_level
 from mmt_drake.model.on_surface import advance_on, begin_on, put_facet
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.theta import TOO_STIFF as STIFF_THETA
@@ -32,15 +32,17 @@ from mmt_drake.rendering.status import (
     WAITING,
 )
 from mmt_drake.told_laws import (
-    COUNT,
+    CLEARANCE,
     NO_LAWS,
     NUMBER,
     REFUSED,
     TOLD_SIZE,
     VECTOR_SIZE,
+    forget,
     put_laws,
     silence,
     step_with_laws,
+    tells_any,
 )
 
 # The memory.
@@ -161,21 +163,21 @@ def drop_laws(memory: Array, number: float) -> bool:
         memory: (MEMORY_SIZE,), changed in place.
         number: of the latest message.
     """
-    if memory[_LAWS + COUNT] == 0.0:
+    if not tells_any(memory[_LAWS:MEMORY_SIZE]):
         return False
     silence(memory[_HELD:_TARGET])
     silence(memory[_TARGET:_KNOWN])
-    memory[_LAWS + COUNT] = 0.0
+    forget(memory[_LAWS:MEMORY_SIZE])
     memory[_LAWS + NUMBER], memory[_LAWS + REFUSED] = max(memory[_LAWS + NUMBER], number), TOO_FAST
     return True
 
 
 @njit(error_model="numpy")
-def _put_laws(known: Array, target: Array, firm: bool, least_step: float) -> float:
+def _put_laws(known: Array, target: Array, felt: bool, least_step: float) -> float:
     """Put the laws that are known into the latest set; 0, or the status that says why that goes without."""
-    if known[COUNT] == 0.0:
+    if not tells_any(known):
         return 0.0
-    if not firm:
+    if not felt:
         return NOT_FELT
     put_laws(known, target)
     if step_with_laws(target) >= least_step:
@@ -235,7 +237,7 @@ def render_on(
         world: 1 where the surface stays, 0 where the body carries it.
         mu: friction of the probe on it; infinite: it never slips.
         laws: (TOLD_SIZE,) what a message tells of laws (`mmt_drake.rendering.laws`); they act where the surface
-            stays and the probe does not slip on it.
+            stays and the probe does not slip on it; with a clearance among them, where it is level.
         out: (sum(READOUT_SIZES),).
     """
     facet = _facet_now(memory[_STATE], told, world, mu)
@@ -252,15 +254,16 @@ def render_on(
     known = memory[_KNOWN] != 0.0
     least_step, refused = rule[updates.LONGEST_STEP] / MOST_SUBSTEPS, adopt_laws(now[_LAWS:MEMORY_SIZE], laws)
     status = _verdict(theta, stable, known, least_step)
-    firm = facet.world != 0.0 and facet.mu == math.inf
-    if not firm:
+    felt = facet.world != 0.0 and facet.mu == math.inf
+    felt = felt and (now[_LAWS + CLEARANCE] == 0.0 or is_level(facet))
+    if not felt:
         silence(p)
         silence(target)
     if status == RENDERING:
         write_theta(theta, rule[updates.LONGEST_STEP], rule[updates.IN_PLANE], target)
         if by_energy:
             updates.make_passive(target)
-        passed_over = _put_laws(now[_LAWS:MEMORY_SIZE], target, firm, least_step)
+        passed_over = _put_laws(now[_LAWS:MEMORY_SIZE], target, felt, least_step)
         refused = passed_over if refused == 0.0 else refused
     if known:
         # What lies between the last update and now is integrated with the model as it was then.

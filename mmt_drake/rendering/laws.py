@@ -3,8 +3,8 @@
 A law enters with a share of 0 of its
 force and an empty memory; the policy (`updates`) takes the share to 1 as it takes numbers up. The force and the energy
 of a law grow linearly with its share, and a share of a passive law is passive. A law that is told no more leaves in the
-same way before another one enters. Laws that stay keep share and memory and move to their new values. The body's
-position and velocity carry over.
+same way before another one enters. Laws that stay keep share and memory and move to their new values, and a clearance
+does from 0 or to it. The body's position and velocity carry over.
 """
 
 from functools import lru_cache
@@ -19,7 +19,7 @@ from mmt_drake.model.flexible_box import BODY, NORMAL, force_on_probe
 from mmt_drake.model.law_table import ADDRESS, ENTRY, MEMORY, SHARE, VALUES
 from mmt_drake.model.laws import LAW_PARAMETERS
 from mmt_drake.model.memory import read_memory, write_memory
-from mmt_drake.model.parameters import KERNEL_SIZE, LAWS, NORMAL_AXIS
+from mmt_drake.model.parameters import GAP, KERNEL_SIZE, LAWS, NORMAL_AXIS
 from mmt_drake.model_message import NotFelt
 from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.rendering.status import NOT_FELT, UNKNOWN_MODEL
@@ -164,7 +164,8 @@ def laws_apart(p: Array, target: Array, alike: float) -> bool:
 
 @njit(cache=True)
 def move_laws(p: Array, target: Array, share: float) -> None:
-    """Move shares and numbers of aligned laws a share of the way."""
+    """Move shares and numbers of aligned laws, and the clearance, a share of the way."""
+    p[GAP] = target[GAP] if share == 1.0 else p[GAP] + share * (target[GAP] - p[GAP])
     for i in range(int(p[LAWS])):
         for k in range(entry_of(i) + SHARE, entry_of(i) + ENTRY):
             p[k] = target[k] if share == 1.0 else p[k] + share * (target[k] - p[k])

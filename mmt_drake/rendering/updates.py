@@ -37,7 +37,7 @@ from numba import njit
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import force_on_probe
-from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, LAWS, MAX_STEP, NORMAL_B, NORMAL_K, VD, InPlane, M
+from mmt_drake.model.parameters import B1, B2, FD, FS, GAP, K1, K2, LAWS, MAX_STEP, NORMAL_B, NORMAL_K, VD, InPlane, M
 from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.numeric.layout import Layout
@@ -132,7 +132,7 @@ _AHEAD: Final = 0.01
 # What an update may make felt; the rest of a kernel vector is zero in a renderer.
 _HOLDING_ENERGY = (M, K1, K2, NORMAL_K)
 _BURNING_ENERGY = (B1, B2, NORMAL_B, FS, FD, VD)
-_NUMBERS = _HOLDING_ENERGY + _BURNING_ENERGY
+_NUMBERS = (*_HOLDING_ENERGY, GAP, *_BURNING_ENERGY)
 _ALIKE = 1e-6  # of each number
 # Where the force is not linear in the share, a share that would change it too much is tried again, shorter.
 TRIES, SHORTER, ROUNDING = 20, 0.9, 1.0 + 1e-9
@@ -267,15 +267,22 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
     if math.isfinite(rule[CHANGE]):
         share = share_within(_change(state, p, target, paid, force), rule[CHANGE])
     left = reserve - share * paid * added
-    if p[LAWS] == 0.0 or not math.isfinite(rule[CHANGE]):
+    bends = _has_laws(p, target)
+    if not bends or not math.isfinite(rule[CHANGE]):
         _move(p, target, share, paid)
     else:
         share = _move_within(state, p, target, share, paid, rule[CHANGE], force)
-    if p[LAWS] != 0.0 and rule[RESERVE] > 0.0:
+    if bends and rule[RESERVE] > 0.0:
         # Between two sets of its numbers the energy of a law need not grow linearly.
         left = reserve - (stored_energy(state, p) - before)
     p[MAX_STEP] = min(rule[LONGEST_STEP], step_with_laws(p))
     return share * paid, min(left, rule[RESERVE])
+
+
+@njit(error_model="numpy")
+def _has_laws(p: Array, target: Array) -> bool:
+    """Whether what is rendered or the latest set has laws, or a clearance: they have the same laws by then."""
+    return bool(p[LAWS] != 0.0 or p[GAP] != 0.0 or target[GAP] != 0.0)
 
 
 @njit(cache=True)
@@ -285,7 +292,7 @@ def _move(p: Array, target: Array, share: float, paid: float) -> None:
         p[i] = target[i] if share * paid == 1.0 else p[i] + share * paid * (target[i] - p[i])
     for i in _BURNING_ENERGY:
         p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
-    if p[LAWS] != 0.0:
+    if _has_laws(p, target):
         move_laws(p, target, share * paid)
 
 
@@ -322,7 +329,7 @@ def _change(state: Array, p: Array, target: Array, paid: float, force: Array) ->
         p[B2], p[NORMAL_B] = target[B2], target[NORMAL_B]
         force_on_probe(state, p, force)
         p[K2], p[NORMAL_K], p[B2], p[NORMAL_B] = k2, normal_k, b2, normal_b
-        if p[LAWS] != 0.0:
+        if _has_laws(p, target):
             add_laws(state, p, -paid, force)
             add_laws(state, target, paid, force)
     else:

@@ -8,6 +8,7 @@ from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.estimation.output_error.layout import MODEL, STATUS, Status
 from mmt_drake.estimation.output_error.offline import estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
+from mmt_drake.model.parameters import THETA
 from mmt_drake.model_files import with_effects
 from mmt_drake.model_message import ToldEffect
 from mmt_drake.numeric.arrays import Array
@@ -74,9 +75,39 @@ def test_a_law_too_fast_to_follow_is_left_out_and_the_run_goes_on() -> None:
         OutputErrorEstimator(OutputErrorOptions(effects=(stiff,)))
 
 
-def test_a_law_that_does_without_what_is_sought_is_refused() -> None:
-    with pytest.raises(BadInput, match="does without Fc"):
-        OutputErrorOptions(effects=(ToldEffect("asymmetric_friction", {"Fc_plus": 0.2, "Fc_minus": 0.3}),))
+def test_numbers_beside_a_small_clearance_are_found_and_the_force_is_nearly_the_object_s() -> None:
+    # The damper takes hold at once at its edges, so that a thousandth in a number moves steps of the force.
+    slack = ToldEffect("contact_gap", {"gap": 0.0005})
+    (theta, off), (bent, far_off) = found(slack, slack), found(slack)
+    np.testing.assert_allclose(theta[:6], OBJECT.theta()[:6], rtol=0.01)
+    assert off < 0.03 and far_off > 0.06 and abs(bent[2] / OBJECT.theta()[2] - 1.0) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("effect", "idle"),
+    [
+        (ToldEffect("asymmetric_friction", {"Fc_plus": 0.6, "Fc_minus": 0.1}), 5),
+        (ToldEffect("asymmetric_viscous_friction", {"b_plus": 20.0, "b_minus": 90.0}), 3),
+    ],
+    ids=lambda case: getattr(case, "name", None),
+)
+def test_a_number_whose_place_a_law_takes_stays_what_was_believed_and_is_not_waited_for(
+    effect: ToldEffect, idle: int
+) -> None:
+    seen = contact(model=with_effects(OBJECT, [{"name": effect.name, "parameters": effect.parameters}], "test"))
+    options = OutputErrorOptions(effects=(effect,))
+    estimate = estimate_output_error(seen.measurement, seen.in_contact, options)
+    theta, others = estimate.theta[-1], [i for i in range(6) if i != idle]
+    np.testing.assert_allclose(theta[others], OBJECT.theta()[others], rtol=0.05, atol=0.5)
+    assert theta[idle] == pytest.approx(getattr(options.prior, THETA[idle]), rel=1e-6)
+    assert free_running_error(theta, seen, laws=told_by_bytes(options.model.tobytes())) < 0.003
+
+
+def test_the_normal_axis_of_a_power_law_is_found_and_its_spring_stays_what_was_believed() -> None:
+    ball = ToldEffect("power_law_stiffness", {"k": 8000.0, "p": 1.5})
+    theta, off = found(ball, ball)
+    np.testing.assert_allclose(theta[7], OBJECT.theta()[7], rtol=0.01)
+    assert theta[6] == pytest.approx(OutputErrorOptions().prior.normal_k) and off < 0.003
 
 
 def test_a_law_that_may_not_be_felt_is_refused() -> None:

@@ -135,11 +135,12 @@ def test_an_older_message_or_none_changes_nothing() -> None:
         assert learner.retold(known, model) is known
 
 
-def test_a_law_beside_which_a_number_would_do_nothing_is_refused_and_told() -> None:
-    wrong = ToldEffect("asymmetric_friction", {"Fc_plus": 0.2, "Fc_minus": 0.3})
-    message = ModelMessage(UNKNOWN_THETA, (wrong,)).vector()
+def test_laws_that_a_fit_cannot_have_side_by_side_are_refused_and_told() -> None:
+    loaded = ToldEffect("load_dependent_friction", {"mu": 0.2})
+    pressed = ToldEffect("normal_nonlinear_stiffness", {"k3": 2e7})
+    message = ModelMessage(UNKNOWN_THETA, (loaded, pressed)).vector()
     learner = Learner(OutputErrorOptions())
-    with pytest.raises(BadInput, match="does without Fc"):
+    with pytest.raises(BadInput, match="no law along the normal beside it"):
         learner.retold(learner.beginning(), message)
     estimator = OutputErrorEstimator()
     readout = estimator.CreateDefaultContext().get_discrete_state().value().copy()

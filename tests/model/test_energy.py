@@ -43,9 +43,23 @@ def test_laws_beside_the_springs_hold_what_they_say_and_those_of_the_contact_not
     assert stored_energy(state, p) - stored_energy(state, without) == pytest.approx(wall + cubic, rel=1e-9)
 
 
+@pytest.mark.parametrize("in_plane", ["vector", "per_axis"])
+def test_behind_a_clearance_the_spring_holds_what_is_stretched_beyond_it(in_plane):
+    spring = BoxParameters(m=2.0, k2=400.0)
+    model = FlexibleBoxModel(spring, NormalContact(k=0.0), in_plane=in_plane).with_additions(gap=0.004)
+    state = np.zeros(box.STATE_SIZE)
+    state[box.CONTACT], state[box.PROBE : box.PROBE + 2] = 1.0, (0.006, -0.008)
+    beyond = (0.010 - 0.002) ** 2 if in_plane == "vector" else 0.004**2 + 0.006**2
+    assert stored_energy(state, model.kernel_vector()) == pytest.approx(0.5 * 400.0 * beyond, rel=1e-12)
+    state[box.PROBE : box.PROBE + 2] = 0.0012, -0.0016
+    assert stored_energy(state, model.kernel_vector()) == 0.0
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.004])
 @pytest.mark.parametrize(("b1", "b2", "normal_b"), [(0.0, 0.0, 0.0), (5.0, 20.0, 30.0)])
-def test_what_the_probe_puts_in_is_stored_or_burnt(b1, b2, normal_b):
-    model = FlexibleBoxModel(BoxParameters(m=0.5, k1=50.0, k2=800.0, b1=b1, b2=b2), NormalContact(500.0, normal_b))
+def test_what_the_probe_puts_in_is_stored_or_burnt(b1, b2, normal_b, gap):
+    springs = BoxParameters(m=0.5, k1=50.0, k2=800.0, b1=b1, b2=b2)
+    model = FlexibleBoxModel(springs, NormalContact(500.0, normal_b)).with_additions(gap=gap)
     p, state, force = model.kernel_vector(), np.zeros(box.STATE_SIZE), np.zeros(3)
     given, stored, highest = [0.0], [], 0.0
     before = None

@@ -32,6 +32,9 @@ SQUEEZED = ("normal_hunt_crossley_damping", {"lambda": 4000.0})
 ROUND = ("normal_hysteresis", {"alpha": 300.0, "beta": 150.0})
 WALL = ("end_stop", {"position": 0.003, "stiffness": 900.0})
 BRISTLES = ("presliding_friction", {"sigma0": 600.0, "sigma1": 0.0, "Fs": 0.5, "v_s": 0.01})
+SLACK = ("contact_gap", {"gap": 0.004})
+ONE_WAY = ("asymmetric_friction", {"Fc_plus": 0.6, "Fc_minus": 0.1})
+BALL = ("power_law_stiffness", {"k": 8000.0, "p": 1.5})
 
 
 def told(number, *effects):
@@ -76,6 +79,7 @@ class Felt:
     [
         *((CUBIC,), (LOOP, CUBIC), (LATE, WALL), (BRISTLES,)),
         *((PRESSED,), (YIELDS, LATE), (SQUEEZED, CUBIC), (ROUND, LOOP), (PRESSED, ROUND)),
+        *((SLACK,), (CUBIC, SLACK), (SLACK, PRESSED), (ONE_WAY,), (BALL,), (BALL, CUBIC)),
     ],
 )
 def test_the_rendered_force_is_that_of_the_object_with_these_laws(effects):
@@ -158,6 +162,7 @@ def test_as_energy_permits_laws_that_come_and_go_give_nothing_that_was_not_put_i
     motion, random = moving(6000, seed), np.random.default_rng(seed)
     sets = [(CUBIC,), (LOOP, CUBIC), (WALL,), (LATE,), (), (BRISTLES, CUBIC), (("nonlinear_stiffness", {"k3": 2e7}),)]
     sets += [(PRESSED,), (YIELDS, LATE), (SQUEEZED, CUBIC), (ROUND,), (CUBIC, PRESSED), (YIELDS, ROUND)]
+    sets += [(SLACK,), (SLACK, CUBIC), (PRESSED, SLACK), (ONE_WAY, SLACK), (BALL, CUBIC), (BALL,)]
     stages = [told(i + 1, *sets[random.integers(len(sets))]) for i in range(60)]
     laws = [stages[k // 100] for k in range(6000)]
     contact = (motion[:, 2] < 0.0).astype(float)
@@ -165,6 +170,27 @@ def test_as_energy_permits_laws_that_come_and_go_give_nothing_that_was_not_put_i
         found = Felt(EnergyPermitting(0.02), motion, laws, wandering(6000, seed), contact=flag)
         assert np.abs(found.force).max() > 1.0 and np.isfinite(found.force).all()
         assert found.balance().min() > -1e-5
+
+
+@pytest.mark.parametrize("policy", [RateLimited(20.0), EnergyPermitting(rate=20.0)], ids=["rate", "energy"])
+def test_a_clearance_opens_and_closes_no_faster_than_a_law_enters(policy):
+    stages = [NO_LAWS, told(1, SLACK), told(2, ("contact_gap", {"gap": 0.009})), told(3)]
+    laws = [stages[min(k // 600, 3)] for k in range(2400)]
+    stiff = FlexibleBoxModel(BoxParameters(m=1.0, k1=3000.0, b1=50.0)).theta()
+    found = Felt(policy, pushed(2400), laws, stiff)
+    assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-9)
+    ends = [found.force[600 * (i + 1) - 1, 1] for i in range(4)]
+    assert ends[0] < ends[1] - 0.05 and ends[1] < ends[2] - 0.05  # it pushes back less with more of it
+    if isinstance(policy, RateLimited):
+        assert ends[3] == pytest.approx(ends[0], abs=1e-6)
+    else:
+        assert found.balance().min() > -1e-5
+
+
+def test_on_a_slope_a_clearance_is_left_out_and_told():
+    motion, tilted = pushed(500), np.tile([0.0, np.sin(0.2), np.cos(0.2), 0.0], (500, 1))
+    slack, none = (Felt(AtOnce(), motion, laws, plane=tilted) for laws in (told(1, SLACK), NO_LAWS))
+    assert np.array_equal(slack.force, none.force) and np.all(slack.status[1:] == NOT_FELT)
 
 
 def test_a_message_that_is_refused_leaves_the_last_good_one_and_says_why():

@@ -37,13 +37,21 @@ LAWS: Final[Mapping[str, Mapping[str, float]]] = {
     "presliding_friction": {"sigma0": 500.0},
     "load_dependent_friction": {"mu": 0.3},
     "quadratic_drag": {"c": 100.0},
+    "asymmetric_viscous_friction": {"b_plus": 30.0, "b_minus": 120.0},
+    "smooth_coulomb_friction": {"Fc": 1.5, "v_s": 0.03},
+    "elastoplastic_play": {"Fc": 1.0, "k": 300.0, "gap": 0.004},
+    "power_law_stiffness": {"k": 2.5e5, "p": 2.0},
     "normal_nonlinear_stiffness": {"k3": 2.0e7},
     "normal_hunt_crossley_damping": {"lambda": 500.0},
     "normal_viscoelastic_relaxation": {"k_maxwell": 300.0, "tau": 0.3},
     "normal_hardening_relaxation": {"k3_maxwell": 2.0e7, "tau": 0.3},
     "normal_hysteresis": {"alpha": 300.0, "beta": 1000.0},
 }
-"""Passive laws that are felt, with values at which the numbers alone are noticeably off."""
+"""Passive laws that are felt, with values at which the numbers alone are noticeably off.
+
+Not among them are laws that beside Coulomb friction are others: Dahl's is the presliding one, and friction of two levels
+is Coulomb friction and a constant force, which no look tells apart; and a clearance, which no look has found.
+"""
 SENSOR: Final[Mapping[str, Mapping[str, float]]] = {"force_bias": {"bias": 0.5}, "force_crosstalk": {"gain": 0.2}}
 """What a force sensor adds."""
 FOREIGN: Final[Mapping[str, Mapping[str, float]]] = {

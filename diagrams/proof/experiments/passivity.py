@@ -50,6 +50,8 @@ POLICIES: Final[Mapping[str, Policy | None]] = {
 
 _JUMP = PORT_SIZES["force"] + PORT_SIZES["status"]
 _MEMORY = sum(PORT_SIZES.values())
+_LAWS = {**LAWS, "contact_gap": {"gap": 0.004}, "asymmetric_friction": {"Fc_plus": 2.0, "Fc_minus": 0.5}}
+"""All that messages may tell of the friction, the body and the contact."""
 _LOW = np.array([0.05, 0.1, 10.0, 0.1, 0.1, 0.01, 10.0, 0.1, 0.01, 1e-3])
 _HIGH = np.array([5.0, 1000.0, 5000.0, 200.0, 200.0, 5.0, 5000.0, 200.0, 5.0, 0.02])
 _YIELDING_HZ, _YIELDS = 1.5, 15.0  # of a hand that is led back to its path; its acceleration at most [m/s^2] an axis
@@ -228,8 +230,8 @@ def _messages(random: np.random.Generator, learner: bool) -> tuple[Array, Array]
         return NO_LAWS[np.newaxis], np.zeros(TICKS)
     told = []
     for number in range(1, TICKS // 100 + 1):
-        names = random.permutation(list(LAWS))[: random.integers(3)]
-        sizes = ({symbol: value * 5.0 ** random.uniform(-1.0, 1.0) for symbol, value in LAWS[n].items()} for n in names)
+        names = random.permutation(list(_LAWS))[: random.integers(3)]
+        sizes = ({symbol: value * 5.0 ** random.uniform(-1.0, 1.0) for symbol, value in _LAWS[n].items()} for n in names)
         effects = tuple(ToldEffect(name, values) for name, values in zip(names.tolist(), sizes, strict=True))
         told.append(_told(effects, number))
     which = np.arange(len(told))

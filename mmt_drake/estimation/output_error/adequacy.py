@@ -17,7 +17,7 @@ from mmt_drake.estimation.output_error.fit import HALF_KNOWN, LEAST_NOISE
 from mmt_drake.estimation.output_error.unknowns import OBJECT, Information
 from mmt_drake.estimation.output_error.window import FORCE, POSITION, VELOCITY, Window, white_noise
 from mmt_drake.model.parameters import THETA
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 
 LATEST_S = 0.5
 """Of contact, over which what is left is taken."""
@@ -118,6 +118,13 @@ def left_of_latest(window: Window, difference: Array, theta: Array, h: float) ->
     return size / max(noise, PART * of_force, LEAST_NOISE)
 
 
-def is_unexcited(covariance: Array, prior: Information) -> bool:
-    """Whether the deviation of a number of the object is still nearly that of its prior."""
-    return bool(np.any((np.diag(covariance) > HALF_KNOWN**2 / np.diag(prior.matrix))[OBJECT]))
+def is_unexcited(covariance: Array, prior: Information, idle: Flags) -> bool:
+    """Whether the deviation of a number of the object is still nearly that of its prior.
+
+    Args:
+        covariance: of the unknowns (k, k).
+        prior: of them.
+        idle: (10,) of theta: numbers without effect, which do not count.
+    """
+    unknown = (np.diag(covariance) > HALF_KNOWN**2 / np.diag(prior.matrix))[OBJECT]
+    return bool(np.any(unknown & ~idle[OBJECT]))

@@ -26,7 +26,7 @@ from mmt_drake.model.plane_call import planar
 from mmt_drake.model.regrouping_equations import regroup
 from mmt_drake.model.theta import adopt_theta
 from mmt_drake.numeric.arrays import Array, assign
-from mmt_drake.told_laws import COUNT, TOLD_SIZE, VECTOR_SIZE, put_laws, silence, step_with_laws, told_by_bytes
+from mmt_drake.told_laws import TOLD_SIZE, VECTOR_SIZE, forget, put_laws, silence, step_with_laws, told_by_bytes
 
 _MOVING = 1e-3  # [m/s]: a probe that moves
 _LONGEST_GAP_S = 0.2
@@ -72,7 +72,7 @@ def hand_over(readout: Array, told: Told) -> None:
 def drop_laws(readout: Array) -> None:
     """Go on without the laws: they are too fast to be followed."""
     memory = readout[at.MEMORY]
-    memory[at.LAWS + COUNT] = 0.0
+    forget(memory[at.LAWS : at.LAWS + TOLD_SIZE])
     silence(memory[at.P : at.P + VECTOR_SIZE])
 
 

@@ -35,7 +35,7 @@ from mmt_drake.model.plane_call import planar
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import Minimum
-from mmt_drake.told_laws import ALONG_NORMAL, told_by_bytes
+from mmt_drake.told_laws import ALONG_NORMAL, told_by_bytes, without_effect
 
 _FITS_PER_WINDOW = 75  # a window is fitted so often in the time that it covers, or each period: cost stays even
 _DROPPED = 0.2  # share of a full window that is let go at once
@@ -285,7 +285,9 @@ class Learner:
         window = known.window
         left = left_of_latest(window, difference, known.theta, self.h)
         contact = float(np.count_nonzero(window.weight[-fresh:, :2].any(axis=1))) * self.h
-        adequacy = known.adequacy.after(left, contact, is_unexcited(known.covariance, self._prior(known)))
+        idle = without_effect(told_by_bytes(known.model.tobytes()))
+        unexcited = is_unexcited(known.covariance, self._prior(known), idle)
+        adequacy = known.adequacy.after(left, contact, unexcited)
         trusted = (known.x, known.stick) if left <= TOO_MUCH else known.trusted
         return replace(known, adequacy=adequacy, trusted=trusted)
 

@@ -67,8 +67,8 @@ class OutputErrorOptions(Checked):
             (`mmt_drake.model_message`).
 
     Raises:
-        BadInput: a value that is out of range; an effect that is unknown, not to be felt, does without a number that
-            is sought or has values that it does not allow.
+        BadInput: a value that is out of range; an effect that is unknown, not to be felt or has values that it does
+            not allow; a law of the load beside one along the normal.
     """
 
     step: Annotated[float, Quantity("s", 1e-5, 0.05)] = 0.001
@@ -130,16 +130,12 @@ _OF_LOAD: Final = "load_dependent_friction"
 
 
 def check_sought(effects: Iterable[ToldEffect], source: str) -> None:
-    """Refuse laws beside which a number that is sought would do nothing.
+    """Refuse laws that a fit cannot have side by side.
 
     Raises:
-        BadInput: an effect that does without such a number, or a law of the load beside one along the normal.
+        BadInput: a law of the load beside one along the normal.
     """
     known = [LIBRARY[told.name] for told in effects]
     if any(effect.axis for effect in known) and any(effect.name == _OF_LOAD for effect in known):
         expected = "no law along the normal beside it: the load of a fit is that of a spring and a damper"
         raise BadInput(source, at="effects", found=_OF_LOAD, expected=expected)
-    for effect in known:
-        if effect.replaces is not None and effect.replaces not in effect.uses:
-            expected = f"none that does without {effect.replaces}, which is sought"
-            raise BadInput(source, at="effects", found=effect.name, expected=expected)
