@@ -139,7 +139,8 @@ def along_normal(
 ) -> Array:
     """(3, n) force along the normal with the laws that are known: of each unit of its k and b, and the rest [N].
 
-    It is linear in both, be it that a law is in proportion to one of them; of one whose place a law takes it is nothing.
+    It is linear in both, be it that a law is in proportion to one of them; a unit of one whose place a law takes makes
+    none.
     Of a contact at the first sample what may relax has relaxed, and a loop is in its middle.
 
     Args:

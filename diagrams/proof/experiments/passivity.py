@@ -231,8 +231,12 @@ def _messages(random: np.random.Generator, learner: bool) -> tuple[Array, Array]
     told = []
     for number in range(1, TICKS // 100 + 1):
         names = random.permutation(list(_LAWS))[: random.integers(3)]
-        sizes = ({symbol: value * 5.0 ** random.uniform(-1.0, 1.0) for symbol, value in _LAWS[n].items()} for n in names)
-        effects = tuple(ToldEffect(name, values) for name, values in zip(names.tolist(), sizes, strict=True))
+        effects = tuple(
+            ToldEffect(
+                name, {symbol: value * 5.0 ** random.uniform(-1.0, 1.0) for symbol, value in _LAWS[name].items()}
+            )
+            for name in names.tolist()
+        )
         told.append(_told(effects, number))
     which = np.arange(len(told))
     late = np.flatnonzero(random.random(len(told) - 1) < 0.1)
