@@ -16,7 +16,7 @@ from mmt_drake.arms.problem import ArmProblem, Term
 from mmt_drake.arms.search import BY_CHANCE, JointSet, chance_better
 from mmt_drake.arms.shared_fit import OTHER_NUMBERS, SharedFit
 from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart, shapley, subsets
-from mmt_drake.diagnosis.decide.confidence import Depth, beside_the_untried
+from mmt_drake.diagnosis.decide.depth import Depth, beside_the_untried
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.numeric.arrays import Array
 

@@ -1,4 +1,4 @@
-"""What is not ruled out, how deep names hold, and what that rests on."""
+"""What is not ruled out, and what that rests on."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -9,16 +9,7 @@ import pytest
 from trial_samples import COULOMB, beside, model, named, problem_of, recorded
 
 from mmt_drake.diagnosis.decide import confidence
-from mmt_drake.diagnosis.decide.confidence import (
-    SLIGHT,
-    ConfidenceSet,
-    beside_a_greater,
-    beside_its_kin,
-    beside_the_nameless,
-    beside_the_untried,
-    contenders,
-    contradicted,
-)
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, contradicted
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.tell.outcome import _core, _untried_for
@@ -250,77 +241,10 @@ def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fit
     assert held.members == (single,) and held.rivals == (fits["hysteresis"],)
 
 
-@pytest.mark.parametrize(
-    ("depth", "nameless", "said"),
-    [
-        ("law", 0.039, "law"),
-        ("law", 0.041, "family"),
-        ("family", 0.19, "family"),
-        ("family", 0.21, "block"),
-        ("law", 0.21, "block"),
-        ("block", 0.3, "block"),
-        (None, 0, None),
-        (None, 0.3, None),
-    ],
-)
-def test_a_law_is_sure_only_beside_little_that_has_no_name_and_a_family_beside_no_more_than_half(
-    depth, nameless: float, said
-) -> None:
-    assert beside_the_nameless(depth, 0.4, nameless, may_be_all=False) == said
-    assert beside_the_nameless(depth, 0.4, nameless, may_be_all=True) == ("family" if said == "law" else said)
-    if nameless < 0.3:  # what it takes together with the parameters counts for its family
-        assert beside_the_nameless(depth, 0.4, nameless, may_be_all=True, shared=0.2) != "block" or depth == "block"
-
-
 def test_a_number_is_lost_in_its_uncertainty_where_that_is_ten_times_as_large() -> None:
     for value, interval, lost in ((-0.0024, (-0.2, 0.2), True), (2.0, (0.0, 100.0), True), (20.6, (0.0, 42.3), False)):
         low, high = _core(value, interval)
         assert (low < 0.0 < high) == lost and low < value < high
-
-
-@pytest.mark.parametrize(
-    ("depth", "untried", "said"),
-    [
-        ("law", (), "law"),
-        ("law", ("contact_gap", "force_bias"), "law"),  # of other places
-        ("law", ("contact_gap", "static_friction"), "family"),
-        ("family", ("static_friction",), "family"),
-        ("law", ("static_friction", "quadratic_drag"), "block"),
-        ("block", ("static_friction", "quadratic_drag"), "block"),
-        (None, ("static_friction",), None),
-    ],
-)
-def test_a_name_is_no_surer_than_what_there_was_time_to_try_in_its_place(depth, untried, said) -> None:
-    others = [LIBRARY[name] for name in untried]
-    assert beside_the_untried(depth, LIBRARY["stribeck_friction"], others) == said
-
-
-@pytest.mark.parametrize(
-    ("others", "depth", "said"),
-    [
-        (["coulomb_friction", "smooth_coulomb_friction"], "law", "family"),
-        (["coulomb_friction", "smooth_coulomb_friction"], "block", "block"),
-        (["coulomb_friction", "nonlinear_stiffness"], "law", "law"),
-        (["coulomb_friction"], "law", "law"),
-    ],
-)
-def test_two_laws_of_one_family_may_make_up_a_third(others, depth, said) -> None:
-    assert beside_its_kin(depth, LIBRARY["coulomb_friction"], [LIBRARY[name] for name in others]) == said
-
-
-@pytest.mark.parametrize(
-    ("other", "share", "depth", "said"),
-    [
-        ("quadratic_drag", 0.9 * SLIGHT * 0.5, "law", "block"),  # of the same block, which takes 0.5
-        ("quadratic_drag", 1.1 * SLIGHT * 0.5, "law", "law"),
-        ("quadratic_drag", 0.9 * SLIGHT * 0.5, None, None),
-        ("nonlinear_stiffness", 0.9 * SLIGHT * 0.5, "family", "family"),
-    ],
-)
-def test_a_slight_effect_beside_a_great_one_may_be_what_that_law_gets_wrong(other, share, depth, said) -> None:
-    effect, beside = LIBRARY["stribeck_friction"], LIBRARY[other]
-    assert beside_a_greater(depth, effect, {effect: share, beside: 0.5}) == said
-    assert beside_a_greater(depth, beside, {effect: share, beside: 0.5}) == depth
 
 
 def test_what_was_not_tried_beside_the_rest_of_a_set_counts_for_the_one_in_its_place(fits) -> None:

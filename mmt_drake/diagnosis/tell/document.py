@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, Depth
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
+from mmt_drake.diagnosis.decide.depth import Depth
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.errors import HeldOutPart
 from mmt_drake.diagnosis.fit.hypothesis import SKEW

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.decide.budget import NAMELESS, SHARED, BudgetPart, Ruler
-from mmt_drake.diagnosis.decide.confidence import (
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
+from mmt_drake.diagnosis.decide.depth import (
     MOST_NAMELESS,
-    ConfidenceSet,
     Depth,
     beside_a_greater,
     beside_its_kin,

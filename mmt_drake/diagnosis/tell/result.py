@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, get_args
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay
 from mmt_drake.diagnosis.decide.budget import BudgetPart
-from mmt_drake.diagnosis.decide.confidence import Depth
+from mmt_drake.diagnosis.decide.depth import Depth
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.fit.errors import Interval
