@@ -1,0 +1,115 @@
+"""How deep a name holds beside what else there is: rules for a law, a family or a block that all explanations share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Literal, Protocol
+
+from mmt_drake.effects.effect import Effect
+
+Depth = Literal["law", "family", "block"]
+"""How deep a name holds, deepest first."""
+
+MOST_NAMELESS = 0.1
+"""A law is sure only if what nobody has named is no more than this part of it: what has no name may itself be a law
+that is not in the library, of which the one found draws the most."""
+
+MOST_BESIDE_A_FAMILY = 0.5
+"""A family is sure only if it is no more than this part of it: what is left may be the better half of another one."""
+
+SLIGHT = 0.03
+"""An effect that takes less than this part of what another one of its block takes is no surer than the block."""
+
+
+class Placed(Protocol):
+    """What has a name at every depth, and an axis."""
+
+    @property
+    def name(self) -> str:
+        """Of the law."""
+
+    @property
+    def family(self) -> str:
+        """Of laws that are mostly alike."""
+
+    @property
+    def block(self) -> str:
+        """In which it acts."""
+
+    @property
+    def axis(self) -> str:
+        """Along which."""
+
+
+AT: dict[Depth, Callable[[Placed], tuple[str, str]]] = {
+    "law": lambda effect: (effect.name, effect.axis),
+    "family": lambda effect: (effect.family, effect.axis),
+    "block": lambda effect: (effect.block, effect.axis),
+}
+"""What two effects have in common that are the same at a depth."""
+
+
+def beside_the_nameless(
+    depth: Depth | None, share: float, nameless: float, may_be_all: bool, shared: float = 0.0
+) -> Depth | None:
+    """How deep a name holds beside what nobody has named.
+
+    Args:
+        depth: that all explanations share.
+        share: of the effect in the budget.
+        nameless: of what nobody has named.
+        may_be_all: whether a law that nobody has named may be all of the effect: the interval of its number reaches
+            the value at which it does nothing, or a free curve over what it depends on says clearly more.
+        shared: what the effect and the parameters take together, in the budget.
+    """
+    if depth is not None and nameless > MOST_BESIDE_A_FAMILY * (share + shared):
+        return "block"
+    return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
+
+
+def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:
+    """How deep a name holds beside the other effects of its set.
+
+    Two laws of one family on one place are as likely a third one that is not in the library, which the two make up.
+
+    Args:
+        depth: that all explanations share.
+        effect: that is named.
+        others: the set, with it or without.
+    """
+    family = AT["family"]
+    kin = any(family(other) == family(effect) and other.name != effect.name for other in others)
+    return "family" if depth == "law" and kin else depth
+
+
+def beside_a_greater(depth: Depth | None, effect: Effect, shares: Mapping[Effect, float]) -> Depth | None:
+    """How deep a name holds beside a much greater effect of the same block.
+
+    What a law that is not quite right leaves of its own effect, another one draws in part.
+
+    Args:
+        depth: that all explanations share.
+        effect: that is named.
+        shares: of each effect of its set in the budget.
+    """
+    block = AT["block"]
+    greatest = max((share for other, share in shares.items() if block(other) == block(effect)), default=0.0)
+    return "block" if depth is not None and shares[effect] < SLIGHT * greatest else depth
+
+
+def beside_the_untried(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:
+    """How deep a name holds beside effects that there was no time to try in its place.
+
+    What was not tried is not ruled out. A law is then no surer than its family, and a family no surer than its block.
+
+    Args:
+        depth: that all explanations which were tried share.
+        effect: that is named.
+        others: those that were not tried in its place.
+    """
+    family, block = (AT[deep] for deep in ("family", "block"))
+    near = [other for other in others if block(other) == block(effect)]
+    if depth is None or not near:
+        return depth
+    kin = all(family(other) == family(effect) for other in near)
+    return "family" if kin and depth != "block" else "block"
