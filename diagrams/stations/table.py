@@ -151,6 +151,7 @@ READS: Final = {
     "learner.theta": "estimator.theta",
     "learner.model_status": "estimator.model_status",
     "learner.residual_ratio": "estimator.residual_ratio",
+    "learner.force_lateness": "estimator.force_lateness",
     "load.measurement": "local_measurement",
     "load.held": "environment.held",
     "load.grip": "grip_to_telerobot.received",

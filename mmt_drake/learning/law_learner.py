@@ -44,18 +44,20 @@ class LawLearner(KernelSystem, Closing):
         - theta
         - model_status
         - residual_ratio
+        - force_lateness
         output_ports:
         - model
         - status
         - readout
 
-    Inputs, the last three of an estimator beside it:
+    Inputs, the last four of an estimator beside it:
 
     - `measurement` (9): position [m], velocity [m/s] of the probe and force on it [N] in the table frame.
     - `in_contact` (1): 0.0 or 1.0.
     - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m], Fs [N], v_d [m/s].
     - `model_status` (1): counts of `mmt_drake.estimation.output_error.adequacy.ModelStatus`.
     - `residual_ratio` (1): what theta leaves of the latest contact, over the noise of the force [1].
+    - `force_lateness` (6): by how much the force is late, as an estimator tells it [s].
 
     Outputs, states, hence younger than the inputs:
 
@@ -91,12 +93,14 @@ class LawLearner(KernelSystem, Closing):
         rows = 4 * round(_PERIOD / self._sample) + 1
         initial = np.zeros(_ROWS + rows * ROW)
         initial[_MODEL] = 0.0 if first is None else first.vector()
-        self.declare_inputs("measurement", "in_contact", "theta", "model_status", "residual_ratio")
+        self.declare_inputs("measurement", "in_contact", "theta", "model_status", "residual_ratio", "force_lateness")
         self.declare_state_readout(PORT_SIZES, initial, self._sample)
         begun = Watched(message=first)
         self._watched = self.DeclareAbstractState(AbstractValue.Make(begun))
         self.DeclarePeriodicUnrestrictedUpdateEvent(_PERIOD, _PERIOD - 0.5 * step, self._watch)
         self.compile_kernels()
+        pressed = Piece.of(np.ones((rows, ROW)), 0.0)
+        self._left_along_normal((pressed,), first, np.full(2, self._sample))  # it is slow the first time
 
     def close(self) -> None:
         """End the process of its looks; may be called again."""
@@ -120,7 +124,7 @@ class LawLearner(KernelSystem, Closing):
         memory[_COUNT] = count + 1.0
 
     def _watch(self, context: Context, state: State) -> None:
-        _, _, theta, model_status, left = self.inputs_at(context)
+        _, _, theta, model_status, left, late = self.inputs_at(context)
         memory = state.get_mutable_discrete_state().get_mutable_value()
         seen: Watched = context.get_abstract_state(self._watched).get_value()
         seen = seen.touching(model_status[0] == ModelStatus.CHANGED)
@@ -129,12 +133,12 @@ class LawLearner(KernelSystem, Closing):
         rows = memory[_ROWS : _ROWS + int(memory[_COUNT]) * ROW].reshape(-1, ROW).copy()
         memory[_BROKEN] = memory[_COUNT] = 0.0
         seen = seen.seeing(Piece.of(rows, left[0]), self._sample, self._options)
-        seen = self._gone_on(seen, context.get_time(), theta, left[0])
+        seen = self._gone_on(seen, context.get_time(), theta, left[0], late[:2])
         memory[_MODEL] = 0.0 if seen.message is None else seen.message.vector()
         memory[_STATUS] = seen.status
         state.get_mutable_abstract_state(int(self._watched)).set_value(seen)
 
-    def _gone_on(self, seen: Watched, t: float, theta: Array, left: float) -> Watched:
+    def _gone_on(self, seen: Watched, t: float, theta: Array, left: float, late: Array) -> Watched:
         """With the answer that is due, or with a question that is worth while."""
         options = self._options
         if (question := seen.question) is not None:
@@ -142,7 +146,9 @@ class LawLearner(KernelSystem, Closing):
             if not due:
                 return seen
         window = seen.window(self._sample, options)
-        of_contact = Left(left_of(window), self._left_along_normal(window, seen.message)) if window else Left(left)
+        of_contact = Left(left)
+        if window:
+            of_contact = Left(left_of(window), self._left_along_normal(window, seen.message, late))
         if question is not None:
             return seen.answered(self._answer(question), of_contact.doubts(options.doubt))
         if not window:
@@ -154,10 +160,10 @@ class LawLearner(KernelSystem, Closing):
         self._looks.ask(question)
         return seen.asking(question)
 
-    def _left_along_normal(self, window: tuple[Piece, ...], message: ModelMessage | None) -> float:
+    def _left_along_normal(self, window: tuple[Piece, ...], message: ModelMessage | None, late: Array) -> float:
         rows = np.concatenate([piece.rows for piece in window])
         told = NO_LAWS if message is None else told_by_bytes(message.vector().tobytes())
-        left = attempt(left_along_normal, rows, self._sample, told)
+        left = attempt(left_along_normal, rows, self._sample, told, late)
         return 0.0 if left is None else left  # a law too fast for the samples, of which nothing can be said
 
     def _answer(self, question: Question) -> LookResult | None:

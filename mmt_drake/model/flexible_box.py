@@ -223,9 +223,9 @@ def _above(state: Array) -> Cubic:
 
 
 @njit(error_model="numpy")
-def _along_normal(state: Array, p: Array, c: Constants) -> float:
+def _along_normal(state: Array, height: Cubic, p: Array, c: Constants) -> float:
     """Force along the normal at the latest sample, in contact, where the kernel vector says more of it [N]."""
-    return pressed(state, NORMAL, _above(state), 0.0, state[TIME] - state[BEGAN], normal_constants(p, c))
+    return pressed(state, NORMAL, height, 0.0, state[TIME] - state[BEGAN], normal_constants(p, c))
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -236,7 +236,7 @@ def _forces(state: Array, p: Array, c: Constants) -> tuple[float, float, float]:
     t = state[TIME] - state[BEGAN]
     height = Cubic(state[PROBE + 2], state[PROBE + 5], 0.0, 0.0)
     if c.normal_axis != 0.0:
-        height = Cubic(pressed(state, NORMAL, height, 0.0, t, normal_constants(p, c)), 0.0, 0.0, 0.0)
+        height = Cubic(_along_normal(state, height, p, c), 0.0, 0.0, 0.0)
     x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
     along, across = _around(state, 0, height, t, c), _around(state, 1, height, t, c)
     felt_x, felt_y = contact_forces(x, y, 0.0, along, across, c)
@@ -312,7 +312,7 @@ def around_axis(state: Array, i: int, axis: Vector, p: Array, c: Constants) -> S
     """What acts along an axis on the body, of which it is the first (0) or the second (1), at the latest sample."""
     tip, rate, height = get(state, PROBE), get(state, PROBE + 3), _above(state)
     if c.normal_axis != 0.0 and state[CONTACT] != 0.0:
-        height = Cubic(_along_normal(state, p, c), 0.0, 0.0, 0.0)
+        height = Cubic(_along_normal(state, height, p, c), 0.0, 0.0, 0.0)
     x = state[BODY + AXIS_SIZE * i + POSITION]
     probe, anchor = dot(axis, tip), dot(axis, tip) - x - dot(axis, deflection_of(state))
     t, contact = state[TIME] - state[BEGAN], state[CONTACT] != 0.0
@@ -338,7 +338,7 @@ def force_on_probe(state: Array, p: Array, force: Array) -> None:
     elif state[CONTACT] != 0.0:
         touch = touch_of(state, c)
         if c.normal_axis != 0.0:
-            touch = Touch(_along_normal(state, p, c), touch.tangential, touch.limited)
+            touch = Touch(_along_normal(state, _above(state), p, c), touch.tangential, touch.limited)
         felt = force_of(touch, get(state, FACET))
         force[0], force[1], force[2] = felt if c.laws == 0 else minus(felt, _push_of_laws(state, p, c))
     else:
