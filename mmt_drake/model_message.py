@@ -108,7 +108,8 @@ class ModelMessage:
     Raises:
         BadInput: theta is not 10 numbers; numbers that cannot be, be it of the sensor; an effect that is unknown,
             stands twice or beside one that excludes it, or has values that it does not allow. `NotFelt`: an effect that
-            is no law of the contact, the body or friction, or whose values are not passive.
+            is no law of the contact, the body or friction, or whose values are not passive; a clearance beside a law of
+            the contact with a memory.
     """
 
     theta: tuple[float, ...]
@@ -141,6 +142,7 @@ class ModelMessage:
                 effect = LIBRARY[told.name].within(box)
                 _check_place(effect)
                 self._check_defaults(effect, told.parameters)
+        self._check_clearance()
         entries = [{"name": told.name, "parameters": dict(told.parameters)} for told in self.effects]
         model = with_effects(box, entries, _SOURCE)
         for name, values in () if model.handed is None else model.handed.effects:
@@ -158,6 +160,14 @@ class ModelMessage:
     def clearance(self) -> float:
         """Of the contact spring [m]."""
         return math.fsum(told.parameters["gap"] for told in self.effects if told.name == _CLEARANCE)
+
+    def _check_clearance(self) -> None:
+        """Refuse a clearance beside a law whose memory of the contact stands still within it, and goes on pushing."""
+        names = {told.name for told in self.effects}
+        for effect in (LIBRARY[name] for name in names if _CLEARANCE in names and name in LIBRARY):
+            if effect.law is not None and effect.law.slot == Slot.CONTACT and effect.law.remembers and not effect.axis:
+                found, expected = f"{effect.name} beside it", "no law of the contact with a memory"
+                raise NotFelt(_SOURCE, at=_CLEARANCE, found=found, expected=expected)
 
     def _check_defaults(self, effect: Effect, given: Mapping[str, float]) -> None:
         """Refuse numbers that are left to a theta that is not known."""

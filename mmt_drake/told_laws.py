@@ -74,6 +74,8 @@ _STANDS = {"m": M, "k": K1, "k2": K2, "b": B1, "b2": B2, "Fc": FD, "normal_k": N
 """Common symbol -> where its number stands in a kernel vector; others do not change with theta."""
 _TAKEN = {"Fc": (FS, FD, VD), "b": (B1,), "normal_k": (NORMAL_K,)}
 """Common symbol -> the numbers that go where a law replaces it."""
+REPLACED = tuple(number for numbers in _TAKEN.values() for number in numbers)
+"""Where in a kernel vector numbers stand whose place a law may take."""
 
 
 def told_by(message: ModelMessage) -> Array:

@@ -113,6 +113,14 @@ def test_a_clearance_is_told_and_has_no_law_of_its_own():
     assert [effect.name for effect, _ in message.acting] == ["nonlinear_stiffness"]
 
 
+@pytest.mark.parametrize(
+    "law", [("hysteresis", {"alpha": 9.0, "beta": 5.0}), ("viscoelastic_relaxation", {"k_maxwell": 9.0, "tau": 0.1})]
+)
+def test_a_clearance_is_not_felt_beside_a_law_of_the_contact_with_a_memory(law):
+    with pytest.raises(NotFelt, match=r"contact_gap: found .* beside it, expected no law of the contact with a memory"):
+        ModelMessage(THETA, effects=(ToldEffect("contact_gap", {"gap": 0.002}), ToldEffect(*law)))
+
+
 def test_a_number_that_is_left_to_a_theta_that_is_not_known_is_refused():
     bristles = ToldEffect("presliding_friction", {"sigma0": 600.0})
     assert ModelMessage(THETA, effects=(bristles,)).acting

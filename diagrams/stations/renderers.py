@@ -107,7 +107,8 @@ class ImpedanceReflection(_Renderer):
             the hand is.
         mu: friction of the probe on the surface, where that is not level; null: it never slips.
         effects: laws that the object is known to have beside the numbers that the estimator tells, as in a model file:
-            those of a contact, body or friction along the surface, with values that are passive; two at most.
+            those of a contact, body or friction, with values that are passive; two at most, a clearance on a level
+            surface alone.
         structure: as what theta is rendered: a flexible_box; a mass_spring_damper that the hand has hold of (thesis,
             eq. 1); a spring to where it has touched (eq. 10). See `mmt_drake.rendering.structures`.
 
@@ -141,13 +142,18 @@ class ImpedanceReflection(_Renderer):
         """The renderer.
 
         Raises:
-            BadInput: effects on a surface that the body carries, or on which the probe slips.
+            BadInput: effects on a surface that the body carries, or on which the probe slips; a clearance on one that
+                is not level.
         """
         shape = site.scenario.shape
         carried = shape is not None and shape.fixed_to == "body"
         if self.effects and (carried or self.mu is not None):
             expected = "none: laws act where the surface stays and the probe does not slip on it"
             raise BadInput(site.scenario.name, at="renderer.effects", found=self.effects[0].name, expected=expected)
+        uneven = shape is not None or site.scenario.several is not None
+        if self._model is not None and self._model.clearance > 0.0 and uneven:
+            found, expected = f"a clearance of {self._model.clearance:g} m", "none: it acts on a level surface alone"
+            raise BadInput(site.scenario.name, at="renderer.effects", found=found, expected=expected)
         return impedance_reflection.ImpedanceRenderer(
             period=site.step,
             substeps=self.substeps,

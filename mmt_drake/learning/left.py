@@ -19,7 +19,7 @@ _EARNS: Final = 0.5
 """Of what was left without a law, beyond noise: with it no more may be left, or it goes again."""
 _EDGE_S: Final = 0.02
 """About a touch or a release, which a detector sees a little late [s]."""
-PUNCTUAL: Final = np.zeros(2)
+NOT_LATE: Final = np.zeros(2)
 """Delay and time constant of a force that is not late [s]."""
 
 
@@ -55,7 +55,7 @@ def _beyond_noise(left: float) -> float:
     return math.sqrt(max(left**2 - 1.0, 0.0))
 
 
-def left_along_normal(rows: Array, sample: float, known: Array, late: Array = PUNCTUAL) -> float:
+def left_along_normal(rows: Array, sample: float, known: Array, late: Array = NOT_LATE) -> float:
     """What a spring, a damper and the surface's height leave of the force along the normal, over its noise.
 
     Of a force that is late as much is left as of one that is not, or less: how late it is may be a mistake.

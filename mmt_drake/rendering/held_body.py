@@ -2,7 +2,7 @@
 
 Once friction holds the body, better parameters do not bring it to where it was; that is reported beside them
 (`mmt_drake.model.held_body`). In every tick it moves a share s of the way there. The force on the probe is linear in s,
-unless laws act in the contact; then s is shortened until the force changes by no more than it may.
+unless laws or a clearance act in the contact; then s is shortened until the force changes by no more than it may.
 The energy in store is convex in s, so that a share R / dE of the way adds no more than a reserve R where the whole way
 adds dE.
 """
@@ -15,7 +15,7 @@ from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import BODY, force_on_probe
 from mmt_drake.model.held_body import astray, count_from, counted_elsewhere, lead
-from mmt_drake.model.parameters import LAWS
+from mmt_drake.model.parameters import GAP, LAWS
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.rendering.updates import CHANGE, RESERVE, ROUNDING, SHARE, SHORTER, TRIES, share_within
 
@@ -64,7 +64,7 @@ def bring(
             state[at + POSITION], state[at + ANCHOR] = position, anchor
             lead(state, i, held, share)
         force_on_probe(state, p, force)
-        if math.isfinite(rule[CHANGE]) and p[LAWS] != 0.0:
+        if math.isfinite(rule[CHANGE]) and (p[LAWS] != 0.0 or p[GAP] != 0.0):
             _lead_within(state, p, i, held, share, rule[CHANGE] - spent, (position, anchor), felt, force)
         spent += distance(force, felt)
         if rule[RESERVE] > 0.0:

@@ -9,7 +9,7 @@ from mmt_drake.model import flexible_box as box
 from mmt_drake.model.body import AXIS_SIZE, MODE, POSITION, VELOCITY
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import watch
-from mmt_drake.model.local_contact import Facet, is_level
+from mmt_drake.model.local_contact import Facet
 from mmt_drake.model.on_surface import advance_on, begin_on, put_facet
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta, write_theta
 from mmt_drake.model.theta import TOO_STIFF as STIFF_THETA
@@ -32,7 +32,6 @@ from mmt_drake.rendering.status import (
     WAITING,
 )
 from mmt_drake.told_laws import (
-    CLEARANCE,
     NO_LAWS,
     NUMBER,
     REFUSED,
@@ -173,11 +172,11 @@ def drop_laws(memory: Array, number: float) -> bool:
 
 
 @njit(error_model="numpy")
-def _put_laws(known: Array, target: Array, felt: bool, least_step: float) -> float:
+def _put_laws(known: Array, target: Array, firm: bool, least_step: float) -> float:
     """Put the laws that are known into the latest set; 0, or the status that says why that goes without."""
     if not tells_any(known):
         return 0.0
-    if not felt:
+    if not firm:
         return NOT_FELT
     put_laws(known, target)
     if step_with_laws(target) >= least_step:
@@ -237,7 +236,7 @@ def render_on(
         world: 1 where the surface stays, 0 where the body carries it.
         mu: friction of the probe on it; infinite: it never slips.
         laws: (TOLD_SIZE,) what a message tells of laws (`mmt_drake.rendering.laws`); they act where the surface
-            stays and the probe does not slip on it; with a clearance among them, where it is level.
+            stays and the probe does not slip on it, a clearance on a level surface alone.
         out: (sum(READOUT_SIZES),).
     """
     facet = _facet_now(memory[_STATE], told, world, mu)
@@ -254,16 +253,15 @@ def render_on(
     known = memory[_KNOWN] != 0.0
     least_step, refused = rule[updates.LONGEST_STEP] / MOST_SUBSTEPS, adopt_laws(now[_LAWS:MEMORY_SIZE], laws)
     status = _verdict(theta, stable, known, least_step)
-    felt = facet.world != 0.0 and facet.mu == math.inf
-    felt = felt and (now[_LAWS + CLEARANCE] == 0.0 or is_level(facet))
-    if not felt:
+    firm = facet.world != 0.0 and facet.mu == math.inf
+    if not firm:
         silence(p)
         silence(target)
     if status == RENDERING:
         write_theta(theta, rule[updates.LONGEST_STEP], rule[updates.IN_PLANE], target)
         if by_energy:
             updates.make_passive(target)
-        passed_over = _put_laws(now[_LAWS:MEMORY_SIZE], target, felt, least_step)
+        passed_over = _put_laws(now[_LAWS:MEMORY_SIZE], target, firm, least_step)
         refused = passed_over if refused == 0.0 else refused
     if known:
         # What lies between the last update and now is integrated with the model as it was then.

@@ -24,9 +24,11 @@ from mmt_drake.model_message import NotFelt
 from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.rendering.status import NOT_FELT, UNKNOWN_MODEL
 from mmt_drake.told_laws import (
+    CLEARANCE,
     DAMPING,
     NUMBER,
     REFUSED,
+    REPLACED,
     STIFFNESS,
     TOLD_SIZE,
     acts_along_normal,
@@ -36,12 +38,23 @@ from mmt_drake.told_laws import (
     told_by_bytes,
 )
 
+_WIDE = 1e-3
+"""A clearance is alike to a part of this [m]."""
+
 
 @lru_cache(maxsize=64)
-def felt_by_bytes(vector: bytes) -> Array:
-    """`told_by_bytes` of a vector; one that is refused tells the status that says so."""
+def felt_by_bytes(vector: bytes, level: bool = True) -> Array:
+    """`told_by_bytes` of a vector; one that is refused tells the status that says so.
+
+    Args:
+        vector: in bytes.
+        level: whether the surface is level, wherever the probe is: no clearance acts on another one.
+    """
     try:
-        return told_by_bytes(vector)
+        told = told_by_bytes(vector)
+        if told[CLEARANCE] != 0.0 and not level:
+            raise NotFelt("model message", found="a clearance", expected="none: the surface need not be level")
+        return told
     except BadInput as error:
         told = np.zeros(TOLD_SIZE)
         told[REFUSED] = NOT_FELT if isinstance(error, NotFelt) else UNKNOWN_MODEL
@@ -96,8 +109,8 @@ def _same_laws(p: Array, target: Array) -> bool:
 def align(state: Array, p: Array, target: Array) -> None:
     """Give what is rendered and the latest set the same laws at the same places.
 
-    While a law has a share that is told no more the target is what is rendered without it; when that is gone, those of
-    the target enter what is rendered.
+    While a law has a share that is told no more the target has what is rendered without it, and no law takes the place
+    of a number; when that is gone, those of the target enter what is rendered.
 
     Args:
         state: of the object, whose memory of laws is changed in place.
@@ -112,6 +125,9 @@ def align(state: Array, p: Array, target: Array) -> None:
             leaving = leaving or p[entry_of(i) + SHARE] > 0.0
     if leaving:
         _have_laws_of(target, p)
+        for i in REPLACED:  # what a law takes the place of goes when that enters, not before
+            if target[i] == 0.0:
+                target[i] = p[i]
         target[entry_of(0) + SHARE], target[entry_of(1) + SHARE] = first, second
     else:
         _enter(state, p, target)
@@ -153,13 +169,14 @@ def _enter(state: Array, p: Array, target: Array) -> None:
 
 @njit(cache=True)
 def laws_apart(p: Array, target: Array, alike: float) -> bool:
-    """True where a share or a number of aligned laws differs by more than `alike` of it."""
+    """True where a number of aligned laws differs by more than `alike` of it, or a share by so much."""
     for i in range(int(p[LAWS])):
         for k in range(SHARE, ENTRY):
             wanted = target[entry_of(i) + k]
-            if abs(wanted - p[entry_of(i) + k]) > alike * abs(wanted):
+            size = 1.0 if k == SHARE else abs(wanted)
+            if abs(wanted - p[entry_of(i) + k]) > alike * size:
                 return True
-    return False
+    return abs(target[GAP] - p[GAP]) > alike * _WIDE
 
 
 @njit(cache=True)

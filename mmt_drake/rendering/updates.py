@@ -132,7 +132,7 @@ _AHEAD: Final = 0.01
 # What an update may make felt; the rest of a kernel vector is zero in a renderer.
 _HOLDING_ENERGY = (M, K1, K2, NORMAL_K)
 _BURNING_ENERGY = (B1, B2, NORMAL_B, FS, FD, VD)
-_NUMBERS = (*_HOLDING_ENERGY, GAP, *_BURNING_ENERGY)
+_NUMBERS = _HOLDING_ENERGY + _BURNING_ENERGY
 _ALIKE = 1e-6  # of each number
 # Where the force is not linear in the share, a share that would change it too much is tried again, shorter.
 TRIES, SHORTER, ROUNDING = 20, 0.9, 1.0 + 1e-9
@@ -267,7 +267,7 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
     if math.isfinite(rule[CHANGE]):
         share = share_within(_change(state, p, target, paid, force), rule[CHANGE])
     left = reserve - share * paid * added
-    bends = _has_laws(p, target)
+    bends = _have_laws(p, target)
     if not bends or not math.isfinite(rule[CHANGE]):
         _move(p, target, share, paid)
     else:
@@ -280,7 +280,7 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
 
 
 @njit(error_model="numpy")
-def _has_laws(p: Array, target: Array) -> bool:
+def _have_laws(p: Array, target: Array) -> bool:
     """Whether what is rendered or the latest set has laws, or a clearance: they have the same laws by then."""
     return bool(p[LAWS] != 0.0 or p[GAP] != 0.0 or target[GAP] != 0.0)
 
@@ -290,9 +290,10 @@ def _move(p: Array, target: Array, share: float, paid: float) -> None:
     """Move p a share of the way to the target, and what holds energy no more than is paid of that."""
     for i in _HOLDING_ENERGY:
         p[i] = target[i] if share * paid == 1.0 else p[i] + share * paid * (target[i] - p[i])
-    for i in _BURNING_ENERGY:
-        p[i] = target[i] if share == 1.0 else p[i] + share * (target[i] - p[i])
-    if _has_laws(p, target):
+    for i in _BURNING_ENERGY:  # what a law takes the place of goes no faster than that enters
+        part = share * paid if target[i] == 0.0 and target[LAWS] != 0.0 else share
+        p[i] = target[i] if part == 1.0 else p[i] + part * (target[i] - p[i])
+    if _have_laws(p, target):
         move_laws(p, target, share * paid)
 
 
@@ -329,7 +330,7 @@ def _change(state: Array, p: Array, target: Array, paid: float, force: Array) ->
         p[B2], p[NORMAL_B] = target[B2], target[NORMAL_B]
         force_on_probe(state, p, force)
         p[K2], p[NORMAL_K], p[B2], p[NORMAL_B] = k2, normal_k, b2, normal_b
-        if _has_laws(p, target):
+        if _have_laws(p, target):
             add_laws(state, p, -paid, force)
             add_laws(state, target, paid, force)
     else:

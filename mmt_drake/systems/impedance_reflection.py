@@ -73,8 +73,8 @@ class ImpedanceRenderer(KernelSystem):
       [m]; zeros: the last one. The contact then acts in its frame (`mmt_drake.model.local_contact`). May stay
       unconnected, and then the surface is level, z = 0.
     - `model` (44): the latest message of the estimator (`mmt_drake.model_message`) [SI], of which named laws are taken;
-      zeros: none yet. They act where the surface stays and nothing slips on it. May stay unconnected, and then those
-      of the option `model` act.
+      zeros: none yet. They act where the surface stays and nothing slips on it, a clearance where `facet` stays
+      unconnected. May stay unconnected, and then those of the option `model` act.
     - `thing` (1): identity of the object that the hand is over [1]; each other one begins at rest, with the theta that
       there is then. 0, or unconnected: it is always the same.
     - `force` (3): force on the operator's probe [N]; direct feedthrough from `motion`, so it is never a tick late.
@@ -149,7 +149,7 @@ class ImpedanceRenderer(KernelSystem):
         theta, held = rendered_as(self._structure, theta), NO_REPORT if held is None or bare else held
         rule = self._sure if model_status is None or model_status[0] == 0.0 else self._unsure
         given = memory, t, motion, hand, theta, stable[0], contact[0], rule, self._placed, held
-        laws = self._laws if model is None or bare else felt_by_bytes(model.tobytes())
+        laws = self._laws if model is None or bare else felt_by_bytes(model.tobytes(), told is None)
         fixed = (NO_PLANE, 1.0, math.inf) if told is None else (told, *self._fixed)
         fixed[0].setflags(write=False)  # as memory is
         try:

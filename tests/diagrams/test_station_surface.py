@@ -66,6 +66,10 @@ def test_a_laid_hand_is_as_high_above_the_surface_as_it_was_above_the_table() ->
         (["environment.surface=!Step {at: [0.1, 0, 0.05]}"], "found a surface 40.0 mm above where the hand"),
         ([BALL, "environment.cloud=!SimulatedDepthCamera {}"], "environment.cloud: found !SimulatedDepthCamera"),
         ([BALL, "environment.object.effects=[{name: contact_gap, parameters: {gap: 0.001}}]"], "found effects"),
+        (
+            [BALL, "renderer.effects=[{name: contact_gap, parameters: {gap: 0.001}}]"],
+            "renderer.effects: found a clearance of 0.001 m, expected none",
+        ),
         ([BALL, "renderer=!FusedReflection {}"], "renderer: found !FusedReflection"),
         (["environment.surface=!Sphere {radius: 0.02}"], "operator.motion: found"),
         (["environment.surface=!Sphere {radius: -1}"], "environment.surface.radius: found -1"),

@@ -187,10 +187,58 @@ def test_a_clearance_opens_and_closes_no_faster_than_a_law_enters(policy):
         assert found.balance().min() > -1e-5
 
 
-def test_on_a_slope_a_clearance_is_left_out_and_told():
-    motion, tilted = pushed(500), np.tile([0.0, np.sin(0.2), np.cos(0.2), 0.0], (500, 1))
-    slack, none = (Felt(AtOnce(), motion, laws, plane=tilted) for laws in (told(1, SLACK), NO_LAWS))
-    assert np.array_equal(slack.force, none.force) and np.all(slack.status[1:] == NOT_FELT)
+def test_off_a_level_surface_a_message_with_a_clearance_is_not_felt():
+    vector = ModelMessage(UNKNOWN_THETA, effects=(ToldEffect(*SLACK), ToldEffect(*CUBIC)), number=2).vector().tobytes()
+    good, refused = told(1, CUBIC), felt_by_bytes(vector, level=False)
+    found = Felt(AtOnce(), pushed(500), [good if k < 100 else refused for k in range(500)])
+    assert np.array_equal(found.force, Felt(AtOnce(), pushed(500), good).force)
+    assert np.all(found.status[100:] == NOT_FELT)
+
+
+@pytest.mark.parametrize("policy", [RateLimited(20.0), EnergyPermitting(rate=20.0)], ids=["rate", "energy"])
+def test_a_body_that_is_brought_back_across_a_clearance_changes_the_force_no_faster(policy):
+    sticky = FlexibleBoxModel(BoxParameters(m=1.0, k1=0.0, k2=1000.0, b1=20.0, Fc=50.0)).theta()
+    motion, held = pushed(3000), np.zeros((3000, HELD_SIZE))
+    motion[1500:, 1] += 0.002 * np.sin(40.0 * STEP * np.arange(1500))  # so that the damper acts at the edge
+    motion[1500:, 4] = 0.08 * np.cos(40.0 * STEP * np.arange(1500))
+    held[1500:, 3], held[1500:, 5] = 0.0125, 1.5
+    found = Felt(policy, motion, told(1, SLACK), sticky, held=held)
+    assert found.force[1499, 1] < -7.0 and found.force[-200:, 1].mean() > -3.0
+    assert np.linalg.norm(found.jump, axis=1).max() <= 20.0 * STEP * (1 + 1e-8)
+
+
+@pytest.mark.parametrize("policy", [RateLimited(20.0), EnergyPermitting(rate=20.0)], ids=["rate", "energy"])
+def test_a_spring_whose_place_a_law_takes_goes_when_that_enters_and_not_before(policy):
+    motion = pushed(3000)
+    found = Felt(policy, motion, [told(1, CUBIC) if k < 1000 else told(2, BALL) for k in range(3000)])
+    alone = Felt(AtOnce(), motion, told(1, BALL))
+    ends = found.force[999, 2], alone.force[-1, 2]
+    assert found.force[1000:, 2].min() > 0.95 * min(ends) and found.force[1000:, 2].max() < 1.05 * max(ends)
+    assert found.force[-1, 2] == pytest.approx(ends[1], rel=0.01 if isinstance(policy, RateLimited) else 0.3)
+
+
+def test_friction_that_a_law_takes_the_place_of_holds_while_energy_is_short():
+    same = ("asymmetric_friction", {"Fc_plus": 3.0, "Fc_minus": 3.0})
+    sticky, stiff = (FlexibleBoxModel(BoxParameters(m=1.0, k2=k2, b1=1.0, Fc=3.0)).theta() for k2 in (500.0, 3000.0))
+    theta = np.where(np.arange(3000)[:, np.newaxis] < 1000, sticky, stiff)
+    plain, found = (
+        Felt(
+            EnergyPermitting(0.02),
+            pushed(3000, along=0.003),
+            [NO_LAWS if k < 1000 else laws for k in range(3000)],
+            theta,
+        )
+        for laws in (NO_LAWS, told(1, same))
+    )
+    np.testing.assert_allclose(found.force[1000:, 1], plain.force[1000:, 1], rtol=0.02)
+
+
+def test_blended_laws_that_are_told_no_more_are_gone_in_the_end_and_make_room():
+    stages = [told(1, CUBIC, SLACK), told(2, LOOP)]
+    found = Felt(Blended(0.1), pushed(6000), [stages[k >= 1000] for k in range(6000)])
+    alone = Felt(Blended(0.1), pushed(6000), told(1, LOOP))
+    assert found.status[-1] == RENDERING
+    np.testing.assert_allclose(found.force[-1], alone.force[-1], rtol=0.05)
 
 
 def test_a_message_that_is_refused_leaves_the_last_good_one_and_says_why():
