@@ -9,7 +9,7 @@ from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.learning.answer import ROW, LookResult
 from mmt_drake.learning.beside import Looks, Question
-from mmt_drake.learning.left import Left, left_along_normal
+from mmt_drake.learning.left import NOT_LATE, Left, left_along_normal
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
 from mmt_drake.model.message_layout import MESSAGE_SIZE
@@ -57,7 +57,8 @@ class LawLearner(KernelSystem, Closing):
     - `theta` (10): m [kg], k1, k2 [N/m], b1, b2 [N s/m], Fc [N], normal k [N/m], normal b [N s/m], Fs [N], v_d [m/s].
     - `model_status` (1): counts of `mmt_drake.estimation.output_error.adequacy.ModelStatus`.
     - `residual_ratio` (1): what theta leaves of the latest contact, over the noise of the force [1].
-    - `force_lateness` (6): by how much the force is late, as an estimator tells it [s].
+    - `force_lateness` (6): by how much the force is late, as an estimator tells it [s]. May stay
+      unconnected, and then it is not late.
 
     Outputs, states, hence younger than the inputs:
 
@@ -93,7 +94,8 @@ class LawLearner(KernelSystem, Closing):
         rows = 4 * round(_PERIOD / self._sample) + 1
         initial = np.zeros(_ROWS + rows * ROW)
         initial[_MODEL] = 0.0 if first is None else first.vector()
-        self.declare_inputs("measurement", "in_contact", "theta", "model_status", "residual_ratio", "force_lateness")
+        of_estimator = "theta", "model_status", "residual_ratio", "force_lateness"
+        self.declare_inputs("measurement", "in_contact", *of_estimator, optional=("force_lateness",))
         self.declare_state_readout(PORT_SIZES, initial, self._sample)
         begun = Watched(message=first)
         self._watched = self.DeclareAbstractState(AbstractValue.Make(begun))
@@ -133,7 +135,7 @@ class LawLearner(KernelSystem, Closing):
         rows = memory[_ROWS : _ROWS + int(memory[_COUNT]) * ROW].reshape(-1, ROW).copy()
         memory[_BROKEN] = memory[_COUNT] = 0.0
         seen = seen.seeing(Piece.of(rows, left[0]), self._sample, self._options)
-        seen = self._gone_on(seen, context.get_time(), theta, left[0], late[:2])
+        seen = self._gone_on(seen, context.get_time(), theta, left[0], NOT_LATE if late is None else late[:2])
         memory[_MODEL] = 0.0 if seen.message is None else seen.message.vector()
         memory[_STATUS] = seen.status
         state.get_mutable_abstract_state(int(self._watched)).set_value(seen)
