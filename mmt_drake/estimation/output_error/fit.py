@@ -172,7 +172,7 @@ class Objective:
         if not adopt_theta(theta, math.inf, LEAST_STEP, self.planar, p):
             raise MmtError("the object is too stiff for a fit")
         put_laws(self.laws, p)
-        p[NORMAL_AXIS] = 0.0  # no law that reads the load stands beside one along the normal (`check_sought`)
+        p[NORMAL_AXIS] = 0.0  # no law that reads the load stands beside one along the normal (`check_side_by_side`)
         if step_with_laws(p) < LEAST_STEP:
             raise MmtError("the laws are too stiff for a fit")
         p[MAX_STEP] = COARSE * step_with_laws(p)

@@ -87,7 +87,7 @@ class OutputErrorOptions(Checked):
     def __post_init__(self) -> None:
         super().__post_init__()
         _ = self.model
-        check_sought(self.effects, self.CALLED)
+        check_side_by_side(self.effects, self.CALLED)
 
     @property
     def model(self) -> Array:
@@ -116,12 +116,12 @@ class OutputErrorOptions(Checked):
 
 
 def check_told(message: ModelMessage, source: str) -> None:
-    """Refuse a message that cannot be taken up: `check_sought`, or a force that lags more than any fit believes.
+    """Refuse a message that cannot be taken up: `check_side_by_side`, or a force that lags more than any fit believes.
 
     Raises:
         BadInput: as it says.
     """
-    check_sought(message.effects, source)
+    check_side_by_side(message.effects, source)
     if message.sensor.tau > LONGEST_S:
         raise BadInput(source, at="force_lag", found=message.sensor.tau, expected=f"{LONGEST_S:g} s at most")
 
@@ -129,7 +129,7 @@ def check_told(message: ModelMessage, source: str) -> None:
 _OF_LOAD: Final = "load_dependent_friction"
 
 
-def check_sought(effects: Iterable[ToldEffect], source: str) -> None:
+def check_side_by_side(effects: Iterable[ToldEffect], source: str) -> None:
     """Refuse laws that a fit cannot have side by side.
 
     Raises:

@@ -3,7 +3,7 @@
 import pytest
 
 from mmt_drake.diagrams.proof.experiments.learning import CASES, KINDS, LAWS, LearningCase, LearningKind
-from mmt_drake.estimation.output_error.options import check_sought
+from mmt_drake.estimation.output_error.options import check_side_by_side
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel
 from mmt_drake.model_message import ModelMessage, ToldEffect
 
@@ -22,7 +22,7 @@ def test_every_law_is_one_that_may_be_felt() -> None:
     for name, values in LAWS.items():
         told = ToldEffect(name, dict(values))
         assert ModelMessage(tuple(map(float, theta)), (told,)).acting
-        check_sought([told], "test")
+        check_side_by_side([told], "test")
 
 
 def test_a_report_counts_laws_that_came_in_time_and_wrong_ones() -> None:
