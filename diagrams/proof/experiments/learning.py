@@ -50,8 +50,8 @@ LAWS: Final[Mapping[str, Mapping[str, float]]] = {
 """Passive laws that are felt, with values at which the numbers alone are noticeably off.
 
 Not among them are laws that beside Coulomb friction are others: Dahl's is the presliding one, and friction of two
-levels is Coulomb friction and a constant force, which no look tells apart. Nor is a clearance: when the damper takes hold
-is not seen in samples of a look.
+levels is Coulomb friction and a constant force, which no look tells apart. Nor is a clearance: when its damper
+takes hold is not seen in samples of a look.
 """
 SENSOR: Final[Mapping[str, Mapping[str, float]]] = {"force_bias": {"bias": 0.5}, "force_crosstalk": {"gain": 0.2}}
 """What a force sensor adds."""
