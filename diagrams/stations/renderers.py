@@ -150,8 +150,7 @@ class ImpedanceReflection(_Renderer):
         if self.effects and (carried or self.mu is not None):
             expected = "none: laws act where the surface stays and the probe does not slip on it"
             raise BadInput(site.scenario.name, at="renderer.effects", found=self.effects[0].name, expected=expected)
-        uneven = shape is not None or site.scenario.several is not None
-        if self._model is not None and self._model.clearance > 0.0 and uneven:
+        if self._model is not None and self._model.clearance > 0.0 and site.scenario.seen_by_operator:
             found, expected = f"a clearance of {self._model.clearance:g} m", "none: it acts on a level surface alone"
             raise BadInput(site.scenario.name, at="renderer.effects", found=found, expected=expected)
         return impedance_reflection.ImpedanceRenderer(

@@ -13,7 +13,6 @@ from mmt_drake.learning.left import NOT_LATE, Left, left_along_normal
 from mmt_drake.learning.options import Learning
 from mmt_drake.learning.watched import Piece, Watched, left_of
 from mmt_drake.model.message_layout import MESSAGE_SIZE
-from mmt_drake.model.parameters import FORCE_LATENESS
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
@@ -95,8 +94,8 @@ class LawLearner(KernelSystem, Closing):
         rows = 4 * round(_PERIOD / self._sample) + 1
         initial = np.zeros(_ROWS + rows * ROW)
         initial[_MODEL] = 0.0 if first is None else first.vector()
-        of_estimator, late = ("theta", "model_status", "residual_ratio"), {"force_lateness": len(FORCE_LATENESS)}
-        self.declare_inputs("measurement", "in_contact", *of_estimator, optional=[*late], **late)
+        of_estimator = "theta", "model_status", "residual_ratio", "force_lateness"
+        self.declare_inputs("measurement", "in_contact", *of_estimator, optional=("force_lateness",))
         self.declare_state_readout(PORT_SIZES, initial, self._sample)
         begun = Watched(message=first)
         self._watched = self.DeclareAbstractState(AbstractValue.Make(begun))

@@ -23,7 +23,7 @@ from pydrake.systems.framework import (
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.message_layout import MESSAGE_SIZE
-from mmt_drake.model.parameters import THETA
+from mmt_drake.model.parameters import FORCE_LATENESS, THETA
 from mmt_drake.model.scene_layout import SCENE_SIZE
 
 INPUT_SIZES = {
@@ -34,7 +34,7 @@ INPUT_SIZES = {
     "device": 3, "switches": 2, "status": 6, "age": 1, "sent_age": 1, "camera": 3, "estimated_force": 3,
     "true_force": 3, "filtered_force": 3, "facet": 4, "model": MESSAGE_SIZE,
     "residual_ratio": 1, "learner_status": 1, "grip": 1, "held": 4, "carried": 5, "scene": SCENE_SIZE, "thing": 1,
-    "told_thing": 1,
+    "told_thing": 1, "force_lateness": len(FORCE_LATENESS),
 }  # fmt: skip
 """Sizes of the vector inputs that are the same wherever they stand; their meaning is in CONVENTIONS.md."""
 
