@@ -14,9 +14,13 @@ from mmt_drake.model_message import NO_ERROR, ModelMessage, SensorError, ToldEff
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.two_recordings import DELAY
+from mmt_drake.rendering.status import RENDERING
 
 SETTLES_S: Final = 1.0
-"""After a message, in which its laws enter; it counts neither as before nor as after."""
+"""Once a message is rendered, in which the object's motion forgets what was rendered before; it counts neither as
+before nor as after, as does the time until then."""
+_STATUS: Final = "renderer_status"
+_TAKES: Final = 2  # ticks until it shows that a message has come
 _FIRST_S: Final = 0.5  # of the run's contact, which tells nothing of laws
 
 
@@ -44,6 +48,7 @@ class ToldModel:
     Attributes:
         at: when it was taken up [s].
         contact: how much contact there had been [s].
+        rendered: when the renderer had taken it up, laws and numbers, by its status where it has one [s]; None: never.
         effects: that it tells.
         sensor: what it tells of the force sensor.
         error: of the rendered force until the next message.
@@ -51,6 +56,7 @@ class ToldModel:
 
     at: float
     contact: float
+    rendered: float | None
     effects: tuple[ToldEffect, ...]
     sensor: SensorError
     error: ForceOff
@@ -88,6 +94,7 @@ class ToldLaws:
             {
                 "at_s": model.at,
                 "contact_s": model.contact,
+                "rendered_s": model.rendered,
                 "effects": [{"name": e.name, "parameters": e.parameters} for e in model.effects],
                 "sensor": model.sensor._asdict(),
                 "error": model.error.surface,
@@ -106,6 +113,7 @@ def learned(recording: Recording) -> ToldLaws | None:
         return None
     step, contact = mean_step(recording), flag(recording, "in_contact")
     seconds = step * np.cumsum(contact)
+    late = round(float(recording.made_by.get(DELAY, 0.0)) / step)
     both = [attempt(_off, recording, step, axes) for axes in ("xy", "z")]
 
     def error(samples: Flags) -> ForceOff:
@@ -118,9 +126,21 @@ def learned(recording: Recording) -> ToldLaws | None:
     for start, end in zip(starts.tolist(), ends, strict=True):
         message = ModelMessage.from_vector(np.array([recording[column][start] for column in columns]))
         effects, sensor = ((), NO_ERROR) if message is None else (message.effects, message.sensor)
-        samples = contact & (at >= start + round(SETTLES_S / step)) & (at < end) & (seconds > _FIRST_S)
-        told.append(ToldModel(float(recording.time[start]), float(seconds[start]), effects, sensor, error(samples)))
+        rendered = _rendered(recording, start + late)
+        settled = len(numbers) if rendered is None else rendered + late + round(SETTLES_S / step)
+        samples = contact & (at >= settled) & (at < end) & (seconds > _FIRST_S)
+        since = None if rendered is None else float(recording.time[rendered])
+        at_s, of_contact = float(recording.time[start]), float(seconds[start])
+        told.append(ToldModel(at_s, of_contact, since, effects, sensor, error(samples)))
     return ToldLaws(error(contact & (at < starts[0]) & (seconds > _FIRST_S)), tuple(told))
+
+
+def _rendered(recording: Recording, arrived: int) -> int | None:
+    """The row from which a message is rendered that arrives at a row; that row where no status tells."""
+    if _STATUS not in recording:
+        return arrived if arrived < len(recording) else None
+    renders = np.flatnonzero(recording[_STATUS][arrived + _TAKES :] == RENDERING)
+    return arrived + _TAKES + int(renders[0]) if len(renders) else None
 
 
 def _of_all(left: Array, size: Array) -> float | None:

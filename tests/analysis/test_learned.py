@@ -8,6 +8,7 @@ from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.recording import Recording
 from mmt_drake.recording.two_recordings import DELAY
+from mmt_drake.rendering.status import APPROACHING, RENDERING
 
 STEP, COUNT = 0.001, 12000
 CUBIC = ToldEffect("nonlinear_stiffness", {"k3": 3e6})
@@ -47,6 +48,23 @@ def test_the_error_before_and_after_a_law_is_told(delay: float) -> None:
     )
     assert found.to_json()["before"] == pytest.approx(0.1) and found.to_json()["normal_before"] == pytest.approx(0.2)
     assert found.to_json()["told"][0]["effects"] == [{"name": "nonlinear_stiffness", "parameters": {"k3": 3e6}}]
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.4])
+def test_the_error_after_a_law_counts_from_when_it_is_rendered(delay: float) -> None:
+    run = recording((5.0, ModelMessage(UNKNOWN_THETA, (CUBIC,))), delay=delay)
+    arrives, renders = 5.0 + delay, 7.0 + delay
+    status = np.where((arrives <= TIME) & (renders > TIME), APPROACHING, RENDERING)
+    rendered = {name: run[name].copy() for name in run.columns}
+    for axis in "xyz":  # what is on its way is off by all of it
+        rendered[f"rendered_force_{axis}"][status == APPROACHING] = 0.0
+    found = learned(Recording(TIME, {**rendered, "renderer_status": status}, made_by=run.made_by))
+    assert found is not None and found.told[0].at == 5.0
+    assert found.told[0].rendered == pytest.approx(renders) and found.to_json()["told"][0]["rendered_s"] == renders
+    assert found.told[0].error == pytest.approx((0.01, 0.02), rel=1e-6)
+    never = {**rendered, "renderer_status": np.full(COUNT, APPROACHING)}
+    missed = learned(Recording(TIME, never, made_by=run.made_by))
+    assert missed is not None and missed.told[0].rendered is None and missed.told[0].error == ForceOff()
 
 
 def test_what_the_force_sensor_adds_is_told_with_the_laws() -> None:
