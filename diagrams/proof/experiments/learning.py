@@ -219,11 +219,11 @@ def judge(cases: Sequence[LearningCase], seed: int) -> DrawnFindings:
         "of objects whose laws the library has."
     ]
     lead = (
-        f"Set-up 1 as `setup1-learning` has it, {SECONDS:g} s of strokes each: the thesis's object (the first "
-        "draw; others scatter by 0.7 to 1.4) with a law that its ten numbers do not tell. Errors are of the "
-        "rendered force along x and y, or along the normal where the law is that one's, against the plant's without "
-        f"noise: before the learner's first message, and from {SETTLES_S:g} s after its last is rendered. The own plant "
-        f"shares the law's kernel with the renderer, the foreign one nothing; seed {seed}."
+        f"Set-up 1 as `setup1-learning` has it, {SECONDS:g} s of strokes each: the thesis's object (the first draw; "
+        "others scatter by 0.7 to 1.4) with a law that its ten numbers do not tell. Errors are of the rendered force "
+        "along x and y, or along the normal where the law is that one's, against the plant's without noise: until the "
+        f"learner's first message, and from {SETTLES_S:g} s after its last is rendered. The own plant shares the law's "
+        f"kernel with the renderer, the foreign one nothing; seed {seed}."
     )
     return DrawnFindings(lead, tabled(cases, COLUMNS, "What was told, and what it brought."), sentences, reached)
 
