@@ -37,8 +37,6 @@ def stored_energy(state: Array, p: Array) -> float:
         if contact and p[GAP] == 0.0:
             d = state[PROBE + i] - x - state[body + ANCHOR]
             energy += 0.5 * p[K2] * d * d
-    if contact and p[GAP] != 0.0:
-        energy += _stored_across_gap(state, p)
     if contact and p[NORMAL_AXIS] != 0.0:
         energy += stored_along_normal(state, p)
     if contact and is_level(facet_of(state)):
@@ -46,24 +44,22 @@ def stored_energy(state: Array, p: Array) -> float:
     elif contact:
         above = height_above(facet_of(state), tip_of(state))
         energy += 0.5 * (p[K2] * deflection_of(state)[2] ** 2 + p[NORMAL_K] * above**2)
-    return energy if p[LAWS] == 0.0 else energy + _stored_in_laws(state, p)
+    across_gap = contact and p[GAP] != 0.0
+    return energy + _stored_in_laws(state, p, across_gap) if p[LAWS] != 0.0 or across_gap else energy
 
 
 @njit(error_model="numpy")
-def _stored_across_gap(state: Array, p: Array) -> float:
-    """In the contact spring behind a clearance, which acts on a level surface alone [J]."""
+def _stored_in_laws(state: Array, p: Array, across_gap: bool) -> float:
+    """In laws, and in the contact spring behind a clearance, which acts on a level surface alone [J]."""
     c, (first, second) = constants(p), axes_of_laws(state)
     x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
     along, across = around_axis(state, 0, first, p, c), around_axis(state, 1, second, p, c)
-    d_x = deflection(x.x, x.v, 0.0, along, c, beside(y, 0.0, across, c)).d
-    d_y = deflection(y.x, y.v, 0.0, across, c, beside(x, 0.0, along, c)).d
-    return 0.5 * float(p[K2]) * (d_x * d_x + d_y * d_y)
-
-
-@njit(error_model="numpy")
-def _stored_in_laws(state: Array, p: Array) -> float:
-    c, (first, second) = constants(p), axes_of_laws(state)
-    x, y = read_motion(state, BODY), read_motion(state, BODY + AXIS_SIZE)
-    along, across = around_axis(state, 0, first, p, c), around_axis(state, 1, second, p, c)
-    of_x = stored_in_laws(x, 0.0, along, c, beside(y, 0.0, across, c))
-    return of_x + stored_in_laws(y, 0.0, across, c, beside(x, 0.0, along, c))
+    beside_x, beside_y = beside(y, 0.0, across, c), beside(x, 0.0, along, c)
+    energy = 0.0
+    if across_gap:
+        d_x = deflection(x.x, x.v, 0.0, along, c, beside_x).d
+        d_y = deflection(y.x, y.v, 0.0, across, c, beside_y).d
+        energy += 0.5 * float(p[K2]) * (d_x * d_x + d_y * d_y)
+    if p[LAWS] != 0.0:
+        energy += stored_in_laws(x, 0.0, along, c, beside_x) + stored_in_laws(y, 0.0, across, c, beside_y)
+    return energy

@@ -15,8 +15,9 @@ from mmt_drake.model.body import ANCHOR, AXIS_SIZE, POSITION
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import BODY, force_on_probe
 from mmt_drake.model.held_body import astray, count_from, counted_elsewhere, lead
-from mmt_drake.model.parameters import GAP, LAWS
+from mmt_drake.model.parameters import LAWS
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.rendering.laws import bend
 from mmt_drake.rendering.updates import CHANGE, RESERVE, ROUNDING, SHARE, SHORTER, TRIES, share_within
 
 
@@ -64,7 +65,7 @@ def bring(
             state[at + POSITION], state[at + ANCHOR] = position, anchor
             lead(state, i, held, share)
         force_on_probe(state, p, force)
-        if math.isfinite(rule[CHANGE]) and (p[LAWS] != 0.0 or p[GAP] != 0.0):
+        if math.isfinite(rule[CHANGE]) and bend(p):
             _lead_within(state, p, i, held, share, rule[CHANGE] - spent, (position, anchor), felt, force)
         spent += distance(force, felt)
         if rule[RESERVE] > 0.0:

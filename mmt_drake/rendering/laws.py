@@ -77,6 +77,12 @@ def adopt_laws(known: Array, told: Array) -> float:
     return known[REFUSED]
 
 
+@njit(error_model="numpy")
+def bend(p: Array) -> bool:
+    """Whether laws, or a clearance, keep the force from being linear in the numbers and in where the body is."""
+    return bool(p[LAWS] != 0.0 or p[GAP] != 0.0)
+
+
 @njit(cache=True)
 def soften_laws(p: Array, part: float) -> None:
     """Leave all laws this part of their share."""

@@ -37,12 +37,12 @@ from numba import njit
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.flexible_box import force_on_probe
-from mmt_drake.model.parameters import B1, B2, FD, FS, GAP, K1, K2, LAWS, MAX_STEP, NORMAL_B, NORMAL_K, VD, InPlane, M
+from mmt_drake.model.parameters import B1, B2, FD, FS, K1, K2, LAWS, MAX_STEP, NORMAL_B, NORMAL_K, VD, InPlane, M
 from mmt_drake.model.plane_call import planar
 from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.quantities import Checked, Quantity, Time
-from mmt_drake.rendering.laws import add_laws, laws_apart, move_laws, soften_laws
+from mmt_drake.rendering.laws import add_laws, bend, laws_apart, move_laws, soften_laws
 from mmt_drake.told_laws import VECTOR_SIZE, silence, sound, step_with_laws
 
 
@@ -267,7 +267,7 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
     if math.isfinite(rule[CHANGE]):
         share = share_within(_change(state, p, target, paid, force), rule[CHANGE])
     left = reserve - share * paid * added
-    bends = _have_laws(p, target)
+    bends = bend(p) or bend(target)
     if not bends or not math.isfinite(rule[CHANGE]):
         _move(p, target, share, paid)
     else:
@@ -279,12 +279,6 @@ def take_up(state: Array, p: Array, target: Array, reserve: float, rule: Array, 
     return share * paid, min(left, rule[RESERVE])
 
 
-@njit(error_model="numpy")
-def _have_laws(p: Array, target: Array) -> bool:
-    """Whether what is rendered or the latest set has laws, or a clearance: they have the same laws by then."""
-    return bool(p[LAWS] != 0.0 or p[GAP] != 0.0 or target[GAP] != 0.0)
-
-
 @njit(cache=True)
 def _move(p: Array, target: Array, share: float, paid: float) -> None:
     """Move p a share of the way to the target, and what holds energy no more than is paid of that."""
@@ -293,7 +287,7 @@ def _move(p: Array, target: Array, share: float, paid: float) -> None:
     for i in _BURNING_ENERGY:  # what a law takes the place of goes no faster than that enters
         part = share * paid if target[i] == 0.0 and target[LAWS] != 0.0 else share
         p[i] = target[i] if part == 1.0 else p[i] + part * (target[i] - p[i])
-    if _have_laws(p, target):
+    if bend(p) or bend(target):
         move_laws(p, target, share * paid)
 
 
@@ -330,7 +324,7 @@ def _change(state: Array, p: Array, target: Array, paid: float, force: Array) ->
         p[B2], p[NORMAL_B] = target[B2], target[NORMAL_B]
         force_on_probe(state, p, force)
         p[K2], p[NORMAL_K], p[B2], p[NORMAL_B] = k2, normal_k, b2, normal_b
-        if _have_laws(p, target):
+        if bend(p) or bend(target):
             add_laws(state, p, -paid, force)
             add_laws(state, target, paid, force)
     else:
