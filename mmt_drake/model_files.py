@@ -21,6 +21,7 @@ from mmt_drake.over import parsed, written
 from mmt_drake.plain import plain
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
+from mmt_drake.recording.signals import suggest
 from mmt_drake.typed_yaml import fill, known_keys, mapping, parse, read_text
 
 Model = FlexibleBoxModel | KelvinVoigt | SurfaceContact | DrivenBodyModel | TransmissionModel
@@ -302,7 +303,8 @@ def _named(entry: object, i: int, source: str) -> tuple[Effect, Mapping[str, Any
         raise BadInput(source, at=f"effects[{i}].file", found=repr(file), expected="the name of a Python file")
     if not isinstance(name, str) or name not in LIBRARY:
         # A model file does not run code: the person does, by --effects.
-        known = f"one of {', '.join(LIBRARY)}" if file is None else f"--effects {file}, where the model has it from"
+        known = f"one of {', '.join(LIBRARY)}{suggest(str(name), LIBRARY)}"
+        known = known if file is None else f"--effects {file}, where the model has it from"
         raise BadInput(source, at=f"effects[{i}].name", found=repr(name), expected=known)
     return LIBRARY[name], mapping(entry.get("parameters", {}), source, f"effects[{i}].parameters")
 

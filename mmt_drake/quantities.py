@@ -48,7 +48,8 @@ class Quantity:
         if math.isinf(self.most):
             check_number(source, name, number, least=self.least, open_interval=self.positive)
         elif not (self.least < number if self.positive else self.least <= number) or not number <= self.most:
-            expected = f"{'above ' * self.positive}{self.least:g} to {self.most:g} {self.unit}"
+            unit = "" if self.unit in ("", "1") else f" {self.unit}"
+            expected = f"{'above ' * self.positive}{self.least:g} to {self.most:g}{unit}"
             raise BadInput(source, at=name, found=value, expected=expected)
 
 

@@ -37,7 +37,7 @@ def test_the_fields_that_are_quantities_are_told_in_their_order() -> None:
     [
         ({"m": 0.0}, "thing: m: found 0.0, expected a finite number > 0"),
         ({"offset": math.nan}, "thing: offset: found nan, expected a finite number >= -inf"),
-        ({"share": 1.5}, "thing: share: found 1.5, expected 0 to 1 1"),
+        ({"share": 1.5}, "thing: share: found 1.5, expected 0 to 1"),
         ({"m": True}, "thing: m: found True, expected a number"),
         ({"count": 1.0}, "thing: count: found 1.0, expected a whole number"),
         ({"kind": "wet"}, "thing: kind: found wet, expected one of hard, soft"),

@@ -139,7 +139,7 @@ class Scenario:
                 expected = f"!{takes[name].__name__}, which takes up what a learner finds"
                 raise BadInput("scenario", at=name, found=f"!{type(part).__name__}", expected=expected)
         if isinstance(self.renderer, ImpedanceReflection) and self.renderer.structure != "flexible_box":
-            expected = "flexible_box, which has laws"
+            expected = "flexible_box: a learner finds laws, and no other structure has any"
             raise BadInput("scenario", at="renderer.structure", found=self.renderer.structure, expected=expected)
         if self.shape is not None:
             expected = "null: laws of a surface that is not level are not learned"

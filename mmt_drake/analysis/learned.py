@@ -9,6 +9,7 @@ import numpy as np
 from mmt_drake.analysis.signals import component, delayed, flag, mean_step
 from mmt_drake.analysis.wording import percent
 from mmt_drake.errors import attempt
+from mmt_drake.learner_status import LearnerStatus
 from mmt_drake.model.message_layout import MESSAGE, SENSOR
 from mmt_drake.model_message import NO_ERROR, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array, Flags
@@ -82,11 +83,13 @@ class ToldLaws:
 
     def line(self) -> str:
         """For a terminal."""
-        parts = [f"rendered force off by {self.before.words}"]
+        after = f"after {_FIRST_S:g} s of contact"
+        parts = [] if self.before == ForceOff() else [f"rendered force off by {self.before.words}, {after}"]
         for model in self.told:
             laws = " and ".join([*(effect.words for effect in model.effects), *model.sensor.words]) or "no law"
-            parts.append(f"from {model.at:.2f} s on {laws}: {model.error.words}")
-        return f"told while it was felt: {'; '.join(parts)}"
+            since = "never rendered" if model.rendered is None else f"rendered from {model.rendered:.2f} s on"
+            parts.append(f"at {model.at:.2f} s {laws} ({since}): {model.error.words}")
+        return f"told while it was felt: {'; '.join(parts)} (each from {SETTLES_S:g} s after it is rendered)"
 
     def to_json(self) -> dict[str, Any]:
         """The same as data."""
@@ -103,6 +106,36 @@ class ToldLaws:
             for model in self.told
         ]
         return {"before": self.before.surface, "normal_before": self.before.normal, "told": told}
+
+
+@dataclass(frozen=True)
+class LearnerRecord:
+    """A learner over a run.
+
+    Attributes:
+        looks: how often it looked into a contact.
+        at_end: what it was about then.
+    """
+
+    looks: int
+    at_end: LearnerStatus
+
+    def line(self) -> str:
+        """For a terminal."""
+        return f"learner: looks at the contact {self.looks}; at the end {self.at_end.words}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as data."""
+        return {"looks": self.looks, "at_end": self.at_end.name.lower()}
+
+
+def learner(recording: Recording) -> LearnerRecord | None:
+    """What a learner was about in a recording; None where there was none."""
+    if "learner_status" not in recording:
+        return None
+    status = recording["learner_status"]
+    begun = np.diff((status == LearnerStatus.LOOKING).astype(float), prepend=0.0) > 0.0
+    return LearnerRecord(int(np.count_nonzero(begun)), LearnerStatus(int(status[-1])))
 
 
 def learned(recording: Recording) -> ToldLaws | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.carried import carried_object
 from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
-from mmt_drake.analysis.learned import ToldLaws, learned
+from mmt_drake.analysis.learned import LearnerRecord, ToldLaws, learned, learner
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.model_trust import ModelTrust, model_trust
 from mmt_drake.analysis.passivity import Passivity, passivity
@@ -23,12 +23,14 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
 
 T = TypeVar("T")
+_Figure = Zeroing | ModelTrust | ForceLateness | LearnerRecord | ToldLaws
 
 
-_FIGURES: Final[Mapping[str, Callable[[Recording], Zeroing | ModelTrust | ForceLateness | ToldLaws | None]]] = {
+_FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
     "zero": zeroing,
     "model": model_trust,
     "force_lateness": force_lateness,
+    "learner": learner,
     "learned": learned,
 }
 """Further figures of a run: their key, and what finds them in the recording; None where that knows nothing of them."""

@@ -44,8 +44,12 @@ def time_constants(scales: Scales) -> list[float]:
 
 
 def relaxes(values: Values, ranges: Ranges) -> bool:
-    """True where the branch, relaxed at each touch, gives way until the release; one that does not is a spring."""
-    return values["tau"] < _NO_MORE_THAN_A_SPRING * ranges["since_touch"][1]
+    """True where the branch, relaxed at each touch, gives way until the release, and not from sample to sample.
+
+    One that does not give way is a spring, and one that gives way at once a damper.
+    """
+    slowest = _NO_MORE_THAN_A_SPRING * ranges["since_touch"][1]
+    return ranges["step"][1] < values["tau"] < slowest
 
 
 EFFECT = Effect(

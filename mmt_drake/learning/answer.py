@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import astuple, dataclass, replace
-from enum import IntEnum
 from functools import partial
 from typing import Final
 
@@ -13,11 +12,13 @@ from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.result import NamedEffect
+from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.estimation.output_error.options import Prior, check_told
+from mmt_drake.learner_status import LearnerStatus
 from mmt_drake.model.message_layout import SENSOR
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
-from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
+from mmt_drake.model_message import NO_ERROR, UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect, box_of
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import AXES, Recording
 
@@ -38,17 +39,6 @@ _WHOLE: Final[Verdict] = "missing_physics"
 _TOO_LITTLE: Final[Verdict] = "insufficient_data"
 _ENOUGH: Final[tuple[Verdict, ...]] = "no_mismatch", "parameters"
 """Verdicts that need no law."""
-
-
-class LearnerStatus(IntEnum):
-    """What a learner is about."""
-
-    WATCHING = 0  # the numbers explain the contact, or too little of it was seen
-    LOOKING = 1  # a diagnosis is under way
-    TOLD = 2  # laws, or what the force sensor adds, are told
-    NOT_FELT = 3  # what was found last is not to be felt, or cannot be: the channel's, active
-    CANNOT_TELL = 4  # what the numbers leave has no name so far
-    FAILED = 5  # the diagnosis did
 
 
 @dataclass(frozen=True)
@@ -146,11 +136,12 @@ def answer_of(outcome: Outcome) -> LookResult:
         if name == _NUMBERS:
             continue
         more, other = laws, sensor
-        if name in SENSOR:
-            other = sensor._replace(**values[name])
-        else:
-            more = (*laws, ToldEffect(name, values[name], _deviations(effect)))
         try:
+            if name in SENSOR:
+                other = sensor._replace(**values[name])
+            else:  # all its numbers: another message may not know those of the object, by which some are meant
+                whole = LIBRARY[name].checked(values[name], box_of(numbers), "learner")
+                more = (*laws, ToldEffect(name, whole, _deviations(effect)))
             if found.verdict != _WHOLE:
                 raise BadInput("learner", found=f"verdict {found.verdict}", expected=f"{_WHOLE}, which explains it all")
             check_told(ModelMessage(numbers, more, sensor=other), "learner")

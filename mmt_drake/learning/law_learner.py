@@ -63,7 +63,7 @@ class LawLearner(KernelSystem, Closing):
     Outputs, states, hence younger than the inputs:
 
     - `model` (44): the message that is told (`mmt_drake.model_message`) [SI]; zeros as long as there is none.
-    - `status` (1): counts of `mmt_drake.learning.answer.LearnerStatus`: 0 the numbers explain the contact, 1 a
+    - `status` (1): counts of `mmt_drake.learner_status.LearnerStatus`: 0 the numbers explain the contact, 1 a
       diagnosis is under way, 2 laws, or what the force sensor adds, are told, 3 what was found last is not to be felt,
       4 what is left has no name so far, 5 the diagnosis failed.
     - `readout` (45 and the memory): both, then the memory.

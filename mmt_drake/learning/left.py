@@ -36,7 +36,7 @@ class Left(NamedTuple):
 
     def doubts(self, doubt: float) -> bool:
         """Whether more than so much is left on either axis."""
-        return max(self) > doubt
+        return any(value > doubt for value in self)  # whatever is not known on the other one
 
     def earned(self, before: Self, doubt: float) -> tuple[bool, bool]:
         """Along the surface, and along the normal: whether what is told has earned its place since so much was left.

@@ -7,7 +7,9 @@ from typing import Any, Final, Self
 import numpy as np
 
 from mmt_drake.effects import LIBRARY
-from mmt_drake.learning.answer import FREE_S, ROW, LearnerStatus, LookResult
+from mmt_drake.errors import attempt
+from mmt_drake.learner_status import LearnerStatus
+from mmt_drake.learning.answer import FREE_S, ROW, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.left import Left
 from mmt_drake.learning.options import Learning
@@ -87,12 +89,12 @@ class Watched:
     def touching(self, changed: bool) -> Self:
         """Where the estimator says that the object is another one, or does not (any more).
 
-        Laws stay, with which the estimator knows it again.
+        Laws stay, with which the estimator knows it again, if they are passive whatever its numbers are.
         """
         if not changed or self.changed:
             return replace(self, changed=changed)
         other = replace(self, thing=self.thing + 1, changed=True)
-        return other if self.message is None else other._telling(UNKNOWN_THETA, self.laws, self.message.sensor)
+        return other if self.message is None else other._keeping(self.laws, self.message.sensor)
 
     def window(self, sample: float, options: Learning) -> tuple[Piece, ...]:
         """The latest pieces that hold as much contact as is to be looked at, and what comes right before it.
@@ -175,7 +177,7 @@ class Watched:
         sensor = self.message.sensor if on_surface else NO_ERROR
         if (laws, sensor) == (self.laws, self.message.sensor):
             return replace(self, before=None)
-        told = self._telling(UNKNOWN_THETA, laws, sensor)
+        told = self._keeping(laws, sensor)
         status = LearnerStatus.TOLD if told.tells else LearnerStatus.CANNOT_TELL
         return replace(told, windows=min(self.windows + 1, _MOST), before=None, status=status).anew()
 
@@ -193,6 +195,14 @@ class Watched:
     def standing(self) -> LearnerStatus:
         """What it is about where nothing is new."""
         return LearnerStatus.TOLD if self.tells else LearnerStatus.WATCHING
+
+    def _keeping(self, laws: tuple[ToldEffect, ...], sensor: SensorError) -> Self:
+        """With the next message, of no numbers, and of those laws that may be felt with any."""
+        kept: tuple[ToldEffect, ...] = ()
+        for law in laws:
+            if attempt(ModelMessage, UNKNOWN_THETA, (*kept, law)) is not None:
+                kept = (*kept, law)
+        return self._telling(UNKNOWN_THETA, kept, sensor)
 
     def _telling(
         self, theta: tuple[float, ...], laws: tuple[ToldEffect, ...] = (), sensor: SensorError = NO_ERROR

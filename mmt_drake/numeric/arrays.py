@@ -49,3 +49,12 @@ def assign(target: Array, values: Array) -> None:
         raise ValueError("lengths differ")
     for i in range(values.shape[0]):
         target[i] = values[i]
+
+
+@njit(cache=True)
+def same(one: Array, other: Array) -> bool:
+    """Whether two vectors of one length are alike to the bit, where neither has NaN."""
+    alike = True
+    for i in range(one.shape[0]):
+        alike = alike and one[i] == other[i]
+    return alike

@@ -21,7 +21,7 @@ from mmt_drake.model.laws import LAW_PARAMETERS
 from mmt_drake.model.memory import read_memory, write_memory
 from mmt_drake.model.parameters import GAP, KERNEL_SIZE, LAWS, NORMAL_AXIS
 from mmt_drake.model_message import NotFelt
-from mmt_drake.numeric.arrays import Array, assign, fixed_tuple
+from mmt_drake.numeric.arrays import Array, assign, fixed_tuple, same
 from mmt_drake.rendering.status import NOT_FELT, UNKNOWN_MODEL
 from mmt_drake.told_laws import (
     CLEARANCE,
@@ -63,7 +63,7 @@ def felt_by_bytes(vector: bytes, level: bool = True) -> Array:
 
 @njit(cache=True)
 def adopt_laws(known: Array, told: Array) -> float:
-    """Make what is told what is known, unless it is refused or older; 0, or the status that says so.
+    """Make what is told what is known, unless it is refused, older or another of the same number: who counts anew.
 
     Args:
         known, told: (TOLD_SIZE,) of the last good message, and of the latest.
@@ -72,7 +72,7 @@ def adopt_laws(known: Array, told: Array) -> float:
         return told[REFUSED]
     if told[NUMBER] > known[NUMBER]:
         assign(known, told)
-    elif told[NUMBER] != 0.0 and told[NUMBER] < known[NUMBER]:
+    elif told[NUMBER] != 0.0 and (told[NUMBER] < known[NUMBER] or (known[REFUSED] == 0.0 and not same(told, known))):
         return UNKNOWN_MODEL
     return known[REFUSED]
 

@@ -76,7 +76,7 @@ MODEL_WORDS = (
 )
 """By `mmt_drake.estimation.output_error.adequacy.ModelStatus`."""
 LEARNER_WORDS = ("", "looking for what is missing", "", "what is missing is not to be felt", "no name for it", "")
-"""By `mmt_drake.learning.answer.LearnerStatus`; laws that are told speak for themselves."""
+"""By `mmt_drake.learner_status.LearnerStatus`; laws that are told speak for themselves."""
 
 CARRIED_WORDS = ("", "held on the table", "carried", "<b>slips in the grip</b>", "<b>slipped out of the grip</b>")
 """By the state of `mmt_drake.estimation.carried`; the mass [kg] stands behind it."""

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mmt_drake.analysis.learned import SETTLES_S, ForceOff, learned
+from mmt_drake.analysis.learned import SETTLES_S, ForceOff, learned, learner
+from mmt_drake.learner_status import LearnerStatus
 from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
 from mmt_drake.recording import Recording
@@ -43,8 +44,10 @@ def test_the_error_before_and_after_a_law_is_told(delay: float) -> None:
     assert told.at == 5.0 and told.contact == pytest.approx(4.0, abs=0.002) and told.effects == (CUBIC,)
     assert found.before == pytest.approx((0.1, 0.2), rel=1e-6) and told.error == pytest.approx((0.01, 0.02), rel=1e-6)
     assert found.line() == (
-        "told while it was felt: rendered force off by 10 % along the surface, 20 % along the normal; from 5.00 s on "
-        "nonlinear stiffness (k3 = 3e+06 N/m^3): 1 % along the surface, 2 % along the normal"
+        "told while it was felt: rendered force off by 10 % along the surface, 20 % along the normal, after "
+        "0.5 s of contact; at 5.00 s "
+        f"nonlinear stiffness (k3 = 3e+06 N/m^3) (rendered from {5.0 + delay:.2f} s on): 1 % along the surface, 2 % "
+        "along the normal (each from 1 s after it is rendered)"
     )
     assert found.to_json()["before"] == pytest.approx(0.1) and found.to_json()["normal_before"] == pytest.approx(0.2)
     assert found.to_json()["told"][0]["effects"] == [{"name": "nonlinear_stiffness", "parameters": {"k3": 3e6}}]
@@ -71,7 +74,7 @@ def test_what_the_force_sensor_adds_is_told_with_the_laws() -> None:
     message = ModelMessage(UNKNOWN_THETA, (CUBIC,), sensor=SensorError(gain=0.2))
     found = learned(recording((5.0, message)))
     assert found is not None and found.told[0].names == ("nonlinear_stiffness", "force_crosstalk")
-    assert "and force crosstalk (gain = 0.2): 1 % along" in found.line()
+    assert "and force crosstalk (gain = 0.2) (rendered from 5.00 s on): 1 % along" in found.line()
     assert found.to_json()["told"][0]["sensor"] == {"bias": 0.0, "rate": 0.0, "gain": 0.2, "tau": 0.0}
 
 
@@ -80,8 +83,22 @@ def test_a_law_that_leaves_is_told_too_and_a_message_without_contact_after_it_ha
     found = learned(recording(*messages))
     assert found is not None
     assert [told.effects for told in found.told] == [(CUBIC,), ()]
-    assert found.told[1].error == ForceOff() and "from 11.50 s on no law: unknown" in found.line()
+    assert found.told[1].error == ForceOff() and "at 11.50 s no law (rendered from 11.50 s on): unknown" in found.line()
     assert messages[1][0] - messages[0][0] > SETTLES_S
+
+
+def test_a_law_that_is_known_from_the_start_has_nothing_before_it() -> None:
+    found = learned(recording((0.0, ModelMessage(UNKNOWN_THETA, (CUBIC,)))))
+    assert found is not None and found.line().startswith("told while it was felt: at 0.00 s nonlinear stiffness")
+
+
+def test_a_learner_s_looks_are_counted_and_its_end_told() -> None:
+    status = np.zeros(COUNT)
+    status[2000:4000], status[6000:] = LearnerStatus.LOOKING, LearnerStatus.LOOKING
+    found = learner(Recording(TIME, {"learner_status": status}))
+    assert found is not None and found.to_json() == {"looks": 2, "at_end": "looking"}
+    assert found.line() == "learner: looks at the contact 2; at the end it is looking"
+    assert learner(Recording(TIME, {"position_x": TIME})) is None
 
 
 def test_a_run_in_which_nothing_was_told_says_nothing() -> None:

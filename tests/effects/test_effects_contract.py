@@ -258,6 +258,15 @@ def test_an_interval_that_holds_the_vanishing_value_is_seen(name, intervals, may
     assert LIBRARY[name].may_vanish(intervals) is may
 
 
+TOUCHED = {"since_touch": (0.0, 5.0), "step": (2e-3, 2e-3)}
+
+
+@pytest.mark.parametrize("name", [name for name in LIBRARY if "relaxation" in name])
+def test_a_branch_that_relaxes_within_a_sample_is_a_damper(name):
+    engages = LIBRARY[name].engages
+    assert engages({"tau": 2.1e-3}, TOUCHED) and not engages({"tau": 1.9e-3}, TOUCHED)
+
+
 @pytest.mark.parametrize(
     ("name", "symbol", "shows", "hidden"),
     [
@@ -268,7 +277,7 @@ def test_an_interval_that_holds_the_vanishing_value_is_seen(name, intervals, may
     ],
 )
 def test_what_is_too_slow_for_the_recording_does_not_happen_in_it(name, symbol, shows, hidden):
-    ranges = {"sliding_velocity": (-0.1, 0.05), "time": (0.0, 20.0), "since_touch": (0.0, 5.0), "m": (1.0, 1.0)}
+    ranges = {"sliding_velocity": (-0.1, 0.05), "time": (0.0, 20.0), **TOUCHED, "m": (1.0, 1.0)}
     engages = LIBRARY[name].engages
     assert engages({"Fc": 1.0, symbol: shows}, ranges) and not engages({"Fc": 1.0, symbol: hidden}, ranges)
 

@@ -11,10 +11,11 @@ from mmt_drake.diagnosis.tell.outcome import Outcome
 from mmt_drake.diagnosis.tell.result import NamedEffect
 from mmt_drake.errors import MmtError
 from mmt_drake.estimation.output_error.options import Prior
+from mmt_drake.learner_status import LearnerStatus
 from mmt_drake.learning import answer
-from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult, answer_of, look
+from mmt_drake.learning.answer import ROW, LookResult, answer_of, look
 from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
-from mmt_drake.model_message import SensorError
+from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError
 from mmt_drake.recording import Recording
 
 THETA = np.array([0.03, 0.0, 520.0, 66.0, 60.0, 0.5, 500.0, 60.0, 0.5, 0.0])
@@ -66,6 +67,24 @@ def test_a_drift_that_a_look_finds_is_told_by_the_clock_of_the_run(
     assert found.sensor.rate == 0.1
 
 
+def named(law: str, values: dict[str, float], verdict: Verdict = "missing_physics") -> LookResult:
+    """What a look makes of a diagnosis that names a law, for sure."""
+    effect = NamedEffect(law, "a_family", "contact", "law", {})
+    model = FlexibleBoxModel(BoxParameters(Fc=0.4), NormalContact())
+    hypothesis = SimpleNamespace(effect_values=lambda x: {law: values}, handed=lambda x: SimpleNamespace(bare=model))
+    outcome = SimpleNamespace(
+        diagnosis=SimpleNamespace(verdict=verdict, effects=[effect]),
+        best=SimpleNamespace(hypothesis=hypothesis, x=None),
+    )
+    return answer_of(cast(Outcome, outcome))
+
+
+def test_a_law_is_told_with_all_its_numbers_so_that_it_can_be_told_again_of_another_object() -> None:
+    (bristles,) = named("presliding_friction", {"sigma0": 500.0}).laws
+    assert bristles.parameters == {"sigma0": 500.0, "sigma1": 0.0, "Fs": 0.4, "v_s": 1e-3}
+    assert ModelMessage(UNKNOWN_THETA, (bristles,), number=2).acting
+
+
 @pytest.mark.parametrize(
     ("verdict", "status"),
     [
@@ -77,15 +96,7 @@ def test_a_drift_that_a_look_finds_is_told_by_the_clock_of_the_run(
 def test_a_law_is_told_only_where_all_is_explained_and_else_it_says_why_not(
     verdict: Verdict, status: LearnerStatus
 ) -> None:
-    cubic = NamedEffect("nonlinear_stiffness", "contact_stiffness", "contact", "law", {})
-    model = FlexibleBoxModel(BoxParameters(), NormalContact())
-    hypothesis = SimpleNamespace(
-        effect_values=lambda x: {cubic.name: {"k3": 3e6}}, handed=lambda x: SimpleNamespace(bare=model)
-    )
-    outcome = SimpleNamespace(
-        diagnosis=SimpleNamespace(verdict=verdict, effects=[cubic]), best=SimpleNamespace(hypothesis=hypothesis, x=None)
-    )
-    found = answer_of(cast(Outcome, outcome))
+    found = named("nonlinear_stiffness", {"k3": 3e6}, verdict)
     assert found.status == status and bool(found.laws) == (verdict == "missing_physics")
     expected = "missing_physics, which explains it all"
     why = () if found.laws else (f"nonlinear_stiffness: found verdict {verdict}, expected {expected}",)

@@ -10,8 +10,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.errors import MmtError
+from mmt_drake.learner_status import LearnerStatus
 from mmt_drake.learning import beside, law_learner
-from mmt_drake.learning.answer import ROW, LearnerStatus, LookResult
+from mmt_drake.learning.answer import ROW, LookResult
 from mmt_drake.learning.beside import Looks, Question
 from mmt_drake.learning.law_learner import LawLearner
 from mmt_drake.learning.left import Left

@@ -5,7 +5,7 @@ import pytest
 from scipy import signal
 
 from mmt_drake.learning.answer import ROW
-from mmt_drake.learning.left import left_along_normal
+from mmt_drake.learning.left import Left, left_along_normal
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.told_laws import NO_LAWS, told_by
@@ -62,3 +62,7 @@ def test_of_a_force_that_is_late_and_told_to_be_noise_alone_is_left(delay: float
 
 def test_without_contact_nothing_is_left() -> None:
     assert left_along_normal(np.zeros((500, ROW)), SAMPLE, NO_LAWS) == 0.0
+
+
+def test_what_is_not_known_on_one_axis_hides_no_doubt_on_the_other() -> None:
+    assert Left(np.nan, 9.0).doubts(1.3) and Left(9.0, np.nan).doubts(1.3) and not Left(1.0, np.nan).doubts(1.3)

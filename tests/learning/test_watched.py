@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mmt_drake.learning.answer import FREE_S, ROW, LearnerStatus, LookResult
+from mmt_drake.learner_status import LearnerStatus
+from mmt_drake.learning.answer import FREE_S, ROW, LookResult
 from mmt_drake.learning.beside import Question
 from mmt_drake.learning.left import Left
 from mmt_drake.learning.options import Learning
@@ -108,6 +109,17 @@ def test_another_object_has_a_greater_number() -> None:
     assert other.message == ModelMessage(UNKNOWN_THETA, (CUBIC,), 1, 2, BIAS), "the sensor is the same"
     assert other.touching(False).touching(True).thing == 2
     assert Watched().touching(True).message is None
+
+
+def test_another_object_keeps_those_laws_alone_that_may_be_felt_whatever_its_numbers_are() -> None:
+    bristles = {"sigma0": 500.0, "sigma1": 0.0, "Fs": 0.5, "v_s": 1e-3}
+    stiff = ToldEffect("presliding_friction", bristles)
+    damped = ToldEffect("presliding_friction", {**bristles, "sigma1": 40.0, "Fs": 0.8})  # passive beside b1 = 60
+    for law, kept in ((stiff, (stiff,)), (damped, ())):
+        seen = Watched(message=ModelMessage(NUMBERS, (law, CUBIC))).touching(True)
+        assert seen.message is not None and seen.message.number == 2
+        assert seen.message.effects == (*kept, CUBIC)
+        seen.message.vector()  # it can be told
 
 
 def test_laws_do_not_enter_where_the_latest_contact_needs_none() -> None:

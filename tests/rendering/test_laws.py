@@ -247,7 +247,8 @@ def test_a_message_that_is_refused_leaves_the_last_good_one_and_says_why():
     active, unknown, newer = vector.copy(), vector.copy(), vector.copy()
     active[EFFECTS + 1], unknown[EFFECTS], newer[0] = -1e5, 12.0, VERSION + 1.0
     cases = [(active, NOT_FELT), (unknown, UNKNOWN_MODEL), (newer, UNKNOWN_MODEL)]
-    cases = [(felt_by_bytes(bad.tobytes()), status) for bad, status in cases] + [(told(6), UNKNOWN_MODEL)]
+    cases = [(felt_by_bytes(bad.tobytes()), status) for bad, status in cases]
+    cases += [(told(6), UNKNOWN_MODEL), (told(7, LOOP), UNKNOWN_MODEL)]  # older, and another of the same number
     steady = Felt(AtOnce(), motion, good)
     for bad, status in cases:
         found = Felt(AtOnce(), motion, [good if k < 100 else bad for k in range(500)])

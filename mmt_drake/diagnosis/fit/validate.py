@@ -105,6 +105,7 @@ def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:
         used = track.weight > 0.0
         since_touch = track.smoothed.contact.since(track.time)
         own = {**states, "time": track.time - track.time[0], "since_touch": since_touch}
+        own["step"] = np.full(len(track.time), track.smoothed.clock.step)
         if not isinstance(track, NormalTrack):
             own["force"] = track.measured
         for name, values in own.items():
