@@ -5,6 +5,7 @@ examples:
   mmt-drake run setup1 --operator hand.csv --record out.mcap
   mmt-drake run setup1-delay --set estimator.equations=without_d --set to_operator.jitter=0.02 --seconds 20
   mmt-drake run setup1 --operator sliders --meshcat
+  mmt-drake run setup1-learning --seconds 50
   mmt-drake run setup1 --estimator my.py:MyEstimator
   mmt-drake run my_scenario.yaml --set 'operator={motion: chirp}' --seed 3 --json
   mmt-drake run setup1 --hardware --set operator_device.force=4 --set operator_device.limits.force=3
