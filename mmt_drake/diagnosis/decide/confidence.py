@@ -28,6 +28,9 @@ nobody has named is in every block and no chance: a wrong law may take from it w
 NEXT_TO_NOTHING = 0.002
 """... and more than this part of what is there to be explained: no law of a real machine is right to a thousandth."""
 
+WELL = 0.05
+"""With this probability at least, chance may well have put a law before one that it holds as a limit."""
+
 SURELY, MUCH_FARTHER = 5.0, 3.0
 """In free space a fit is ruled out that misses the mean of the force so many times as far (the second) as another one,
 which counts as missing it by so many standard errors at least (the first)."""
@@ -95,12 +98,19 @@ class ConfidenceSet:
             and not any(m.hypothesis.key < f.hypothesis.key or _is_simpler(m, f) for m in found.members)
         )
         near = [f for f in found.members if f.hypothesis.key in alike]
-        leaves = {f.hypothesis.key: cost for f, cost in zip(fits, costs, strict=True)}
+        leaves = {f.hypothesis.key: r for f, r in zip(fits, left, strict=True)}
+        without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
 
         def is_at_a_limit(fitted: Fitted) -> bool:
-            """Whether it predicts no better than one that it holds: an interval does not show a number without end."""
-            least = leaves[fitted.hypothesis.key]
-            return any(leaves[one.hypothesis.key] <= least and _holds(fitted, one) for one in near)
+            """Whether it leaves next to nothing less than one that it holds, as chance alone may well do.
+
+            No interval shows a number that has no end.
+            """
+            own = leaves[fitted.hypothesis.key]
+            least = float(own @ own)
+            slight = least + NEXT_TO_NOTHING * max(without - least, 0.0)
+            held = [leaves[one.hypothesis.key] for one in near if _holds(fitted, one)]
+            return any(r @ r <= slight and by_chance(numbers, r, own, noise) >= WELL for r in held)
 
         members = tuple(f for f in found.members if not is_at_a_limit(f))
         drawing = frozenset(f.hypothesis.key for f in members if any(_is_simpler(one, f) for one in near))
