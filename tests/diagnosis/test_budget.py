@@ -1,6 +1,8 @@
 """What the error of a model is made of: shares that sum to 1, booked to what they come from."""
 
+import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from trial_samples import COULOMB, beside, changed, model, recorded
@@ -52,6 +54,16 @@ def test_what_is_unique_to_an_effect_is_what_comes_back_without_it_when_all_else
         found = {part.part: part for part in parts}
         gone = 1.0 - found[NAMELESS].share - found[NOISE].share
         assert found["coulomb_friction"].unique == pytest.approx(missed * gone, abs=1e-12)
+
+
+def test_where_the_model_without_an_effect_diverges_nobody_knows_what_is_unique_to_it(monkeypatch):
+    prepared = prepare([RUBBING], model())
+    rubbing, diverging, of = beside("coulomb_friction", skew=prepared.skew), SimpleNamespace(model=None), Ruler.of
+    best = prepared.problem.fit(rubbing, rubbing.vector({}, START), steps=30)
+    monkeypatch.setattr(Ruler, "of", lambda self, model: math.inf if model is None else of(self, model))
+    parts = budget(Ruler(prepared, prepared.problem), model(), best, (), {"coulomb_friction": diverging})
+    found = {part.part: part for part in parts}
+    assert found["coulomb_friction"].unique is None and found["coulomb_friction"].share > 0.9
 
 
 def test_recordings_count_in_a_budget_as_they_do_in_the_fit():

@@ -22,7 +22,8 @@ class BudgetPart:
     Attributes:
         part: `parameters`, the name of an effect, `shared`, `nameless` or `noise`.
         share: of the mean squared held-out error, 0 to 1.
-        unique: of an effect, what comes back without it after all else was fitted again; None where it was not.
+        unique: of an effect, what comes back without it after all else was fitted again; None where it was not, or
+            where that model diverges over what is held out.
     """
 
     part: str
@@ -108,7 +109,8 @@ def budget(
     gone, booked = before - after, math.fsum(shares.values())
     if booked > gone:
         shares = {part: share * gone / booked for part, share in shares.items()}
-    unique = {name: max(ruler.of(fitted.model) - after, 0.0) / before for name, fitted in without.items()}
+    alone = {name: ruler.of(fitted.model) for name, fitted in without.items()}
+    unique = {name: max(error - after, 0.0) / before for name, error in alone.items() if math.isfinite(error)}
     parts = [BudgetPart(PARAMETERS, shares[PARAMETERS] / before)]
     parts += [BudgetPart(name, shares[name] / before, unique.get(name)) for name in names]
     parts += [BudgetPart(SHARED, max(gone - booked, 0.0) / before)]
