@@ -47,7 +47,8 @@ EFFECT = Effect(
     source="Brogliato 2016, Nonsmooth Mechanics, chapter 2",
     law=_wall,
     stiffness=lambda values: values["stiffness"],
-    holds=("ground_spring",),  # a wall that is never left
+    # A wall that is never left; a spring of the structure may take its stiffness, and a force is left.
+    holds=("ground_spring", "constant_force"),
     passive=ALWAYS,
     engages=lambda values, ranges: ranges["position"][0] < values["position"] < ranges["position"][1],
     starts=_starts,

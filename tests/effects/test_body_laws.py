@@ -5,6 +5,7 @@ import pytest
 from responses import applied
 from scipy.special import ellipj, ellipk
 
+from mmt_drake.effects import LIBRARY
 from mmt_drake.model import driven_body
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 
@@ -35,6 +36,15 @@ def test_a_further_mass_gives_the_two_mass_transfer_function():
         settled = time > 10.0
         expected = (h * np.exp(s * time)).real[settled]
         np.testing.assert_allclose(x[settled], expected, atol=1e-4 * abs(h))  # the input is linear between samples
+
+
+def test_a_wall_that_is_never_left_is_a_constant_force_beside_a_stiffer_spring():
+    push, wall = np.sin(7.0 * T), {"position": -0.05, "stiffness": 20.0}
+    pressed, _ = motion(DrivenBodyModel(m=0.5, b=1.0, k=100.0), push, end_stop=wall)
+    pulled, _ = motion(DrivenBodyModel(m=0.5, b=1.0, k=120.0), push, constant_force={"F": -1.0})
+    assert pressed.min() > wall["position"]
+    np.testing.assert_allclose(pressed, pulled, atol=1e-9)
+    assert all(LIBRARY[name].is_simpler_than(LIBRARY["end_stop"]) for name in ("constant_force", "ground_spring"))
 
 
 def test_a_wall_is_pressed_in_by_the_work_done_on_the_way_to_it():
