@@ -8,7 +8,7 @@ import numpy as np
 
 from mmt_drake.analysis.signals import component, delayed, flag, mean_step
 from mmt_drake.analysis.wording import percent
-from mmt_drake.errors import attempt
+from mmt_drake.errors import BadInput, attempt
 from mmt_drake.learner_status import LearnerStatus
 from mmt_drake.model.message_layout import MESSAGE, SENSOR
 from mmt_drake.model_message import NO_ERROR, ModelMessage, SensorError, ToldEffect
@@ -130,11 +130,18 @@ class LearnerRecord:
 
 
 def learner(recording: Recording) -> LearnerRecord | None:
-    """What a learner was about in a recording; None where there was none."""
+    """What a learner was about in a recording; None where there was none.
+
+    Raises:
+        BadInput: its status at the end is none.
+    """
     if "learner_status" not in recording:
         return None
     status = recording["learner_status"]
     begun = np.diff((status == LearnerStatus.LOOKING).astype(float), prepend=0.0) > 0.0
+    if status[-1] not in tuple(LearnerStatus):
+        expected = f"one of {', '.join(f'{known:d}' for known in LearnerStatus)}"
+        raise BadInput(recording.source, at="learner_status", found=f"{status[-1]:g} at the end", expected=expected)
     return LearnerRecord(int(np.count_nonzero(begun)), LearnerStatus(int(status[-1])))
 
 
@@ -146,8 +153,9 @@ def learned(recording: Recording) -> ToldLaws | None:
         return None
     step, contact = mean_step(recording), flag(recording, "in_contact")
     seconds = step * np.cumsum(contact)
-    late = round(float(recording.made_by.get(DELAY, 0.0)) / step)
-    both = [attempt(_off, recording, step, axes) for axes in ("xy", "z")]
+    delay = float(recording.made_by.get(DELAY, 0.0))
+    late = round(delay / step)
+    both = [attempt(_off, recording, delay, step, axes) for axes in ("xy", "z")]
 
     def error(samples: Flags) -> ForceOff:
         return ForceOff(*(None if off is None else _of_all(*(squares[samples] for squares in off)) for off in both))
@@ -182,10 +190,9 @@ def _of_all(left: Array, size: Array) -> float | None:
     return math.sqrt(float(np.sum(left)) / whole) if whole > 0.0 else None
 
 
-def _off(recording: Recording, step: float, axes: str) -> tuple[Array, Array]:
+def _off(recording: Recording, delay: float, step: float, axes: str) -> tuple[Array, Array]:
     """Squares of what the rendered force is off by, and of the plant's, (n,) [N^2], along some axes together."""
     reference = "true_force" if recording.has_vector("true_force") else "force"
-    delay = float(recording.made_by.get(DELAY, 0.0))
     error, size = np.zeros(len(recording)), np.zeros(len(recording))
     for axis in axes:
         plant = component(recording, reference, axis)

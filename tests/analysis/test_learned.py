@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.analysis.learned import SETTLES_S, ForceOff, learned, learner
+from mmt_drake.errors import BadInput
 from mmt_drake.learner_status import LearnerStatus
 from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, SensorError, ToldEffect
@@ -99,6 +100,8 @@ def test_a_learner_s_looks_are_counted_and_its_end_told() -> None:
     assert found is not None and found.to_json() == {"looks": 2, "at_end": "looking"}
     assert found.line() == "learner: looks at the contact 2; at the end it is looking"
     assert learner(Recording(TIME, {"position_x": TIME})) is None
+    with pytest.raises(BadInput, match="learner_status: found 9 at the end, expected one of 0, 1, 2, 3, 4, 5"):
+        learner(Recording(TIME, {"learner_status": np.full(COUNT, 9.0)}))
 
 
 def test_a_run_in_which_nothing_was_told_says_nothing() -> None:

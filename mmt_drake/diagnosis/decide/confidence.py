@@ -99,7 +99,7 @@ class ConfidenceSet:
         )
         near = [f for f in found.members if f.hypothesis.key in alike]
         leaves = {f.hypothesis.key: r for f, r in zip(fits, left, strict=True)}
-        without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
+        without = _without_effects(fits, costs)
 
         def is_at_a_limit(fitted: Fitted) -> bool:
             """Whether it leaves next to nothing less than one that it holds, as chance alone may well do.
@@ -135,7 +135,7 @@ class ConfidenceSet:
             noise: the sum of squares that noise alone leaves.
         """
         least = min(costs)
-        without = max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
+        without = _without_effects(fits, costs)
         near = least + max((ALIKE - 1.0) * (least - noise), NEXT_TO_NOTHING * (without - least), 0.0)
         alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
         standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
@@ -199,6 +199,11 @@ def contradicted(problem: Problem, fits: Sequence[Fitted], chances: Sequence[flo
         return no_more and off[i] > MUCH_FARTHER * max(off[j], SURELY)
 
     return [i for i in standing if any(rules_out(j, i) for j in standing if fits[j].hypothesis.effects)]
+
+
+def _without_effects(fits: Sequence[Fitted], costs: Sequence[float]) -> float:
+    """What a fit of no effect leaves, of what each leaves; 0 where there is none."""
+    return max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
 
 
 def _with_unseen(problem: Problem, fitted: Fitted, best: Fitted, seen: float) -> float:
