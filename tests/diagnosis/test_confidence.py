@@ -129,7 +129,21 @@ def test_a_thousandth_of_what_is_to_be_explained_rules_no_name_out(problem, fits
 
 def telling(*sets: str) -> ConfidenceSet:
     """A confidence set of these sets of effects."""
-    return ConfidenceSet(tuple(named(*names.split()) for names in sets), {}, frozenset(), {})
+    members = tuple(named(*names.split()) for names in sets)
+    return ConfidenceSet(members, {f.hypothesis.key: 1.0 for f in members}, frozenset(), {})
+
+
+@pytest.mark.parametrize(
+    ("beside", "chance", "depth"),
+    [
+        *(("stiffness_drift", 0.04, "family"), ("stiffness_drift", 0.06, "law")),
+        ("coulomb_friction", 0.04, "law"),  # no kin
+    ],
+)
+def test_a_law_is_no_surer_than_its_family_where_beside_kin_it_does_better_than_chance(beside, chance, depth) -> None:
+    held = telling("stiffness_step", f"stiffness_step {beside}")
+    held = replace(held, chances={**held.chances, frozenset(["stiffness_step"]): chance})
+    assert held.depth(LIBRARY["stiffness_step"]) == depth
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self, get_args
 
-from mmt_drake.diagnosis.decide.depth import AT, Depth
+from mmt_drake.diagnosis.decide.depth import AT, Depth, beside_its_kin
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.free_space import off_in_free_space
 from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
@@ -29,7 +29,7 @@ NEXT_TO_NOTHING = 0.002
 """... and more than this part of what is there to be explained: no law of a real machine is right to a thousandth."""
 
 WELL = 0.05
-"""With this probability at least, chance may well have put a law before one that it holds as a limit."""
+"""With this probability at least, chance may well have put one explanation before another."""
 
 SURELY, MUCH_FARTHER = 5.0, 3.0
 """In free space a fit is ruled out that misses the mean of the force so many times as far (the second) as another one,
@@ -170,9 +170,17 @@ class ConfidenceSet:
             return None
         for depth in get_args(Depth):
             against = self.members if depth == "block" else (*self.members, *self.rivals)
+            if self._beside_kin(effect, depth) != depth:
+                continue
             if all(has(f, effect, depth) or (depth != "law" and self._draws(f, effect)) for f in against):
                 return depth
         return None
+
+    def _beside_kin(self, effect: Effect, depth: Depth) -> Depth | None:
+        """How deep a name may hold where the best member has kin beside it, which chance would hardly put first."""
+        surest = max(self.members, key=lambda f: self.chances[f.hypothesis.key])
+        doubtful = self.chances[self.best().hypothesis.key] < WELL and effect in surest.hypothesis.effects
+        return beside_its_kin(depth, effect, surest.hypothesis.effects) if doubtful else depth
 
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""
