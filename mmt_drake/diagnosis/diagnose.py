@@ -25,7 +25,7 @@ from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base, over_windows
-from mmt_drake.diagnosis.search.in_plane import said
+from mmt_drake.diagnosis.search.in_plane import is_open, said
 from mmt_drake.diagnosis.search.learn import other_curves, tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import LEVELS, search
@@ -132,11 +132,15 @@ def _session(
     problem, fine = searched.problem, prepared.fine
     assert problem is not None and fine is not None  # of recordings that were not refused
     model = compared(model, prepared.window_s, prepared.initial)
+    friction_unsaid = is_open(problem, model)
     model = cast(Model, said(problem, model, prepared.skew))
     effects = [e.within(model) for e in library if e.name != TABULATED]
     if isinstance(model, SurfaceContact):
         return SurfaceSession(prepared, problem, problem, model, effects, workers, watch, refit)
-    return _LawSession(prepared, problem, fine, model, effects, workers, watch, refit, Polish(workers), next_motion)
+    polish = Polish(workers)
+    return _LawSession(
+        prepared, problem, fine, model, effects, workers, watch, refit, polish, next_motion, friction_unsaid
+    )
 
 
 @dataclass(frozen=True)
@@ -146,16 +150,19 @@ class _LawSession(DiagnosisSession):
     Attributes:
         polish: takes fits on to the clock of the verdict.
         next_motion: whether to seek the motion that would tell apart what is left open.
+        friction_unsaid: see `SearchSetup`.
     """
 
     polish: Polish
     next_motion: bool
+    friction_unsaid: bool
 
     def searched(self, problem: Problem, standard: NoiseReference, refit: Fitted) -> Outcome:
         """See `DiagnosisSession.searched`."""
         _, start = fit_base(problem, self.model, self.prepared.skew, self.executor, refit)
         self.watch.saw(NOTHING, problem.left(start))
-        setup = SearchSetup(problem, self.library, scales_of(problem, start.model), self.executor, self.watch)
+        scales = scales_of(problem, start.model)
+        setup = SearchSetup(problem, self.library, scales, self.executor, self.watch, self.friction_unsaid)
         with self.watch.within(SEARCHING):
             levels = search(setup, start, enough=partial(self._enough, problem, standard))
         return self._judged(problem, standard, refit, levels)

@@ -20,6 +20,8 @@ Model = TypeVar("Model", bound=Structure)
 
 NOT_NEGATIVE = (0.0, math.inf)
 """Bounds of a parameter without a sign."""
+PHASES = (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi)
+"""Starts of a phase [rad]: an amplitude is not negative, so that it cannot turn a wrong one about."""
 
 Block = Literal["friction", "contact", "body", "force_sensor", "channel", "geometry", "drive", "any"]
 """The part in which an effect acts; `any`: its parameters say where (`Effect.block_of`)."""

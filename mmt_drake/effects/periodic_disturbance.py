@@ -9,7 +9,7 @@ Easily confused with:
 
 from math import pi, sin
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, PHASES, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -24,7 +24,7 @@ def _starts(scales: Scales) -> list[Values]:
     return [
         {"amplitude": 0.1 * scales.force, "frequency": frequency, "phase": phase}
         for frequency in frequencies
-        for phase in (0.0, 0.5 * pi)
+        for phase in PHASES
     ]
 
 

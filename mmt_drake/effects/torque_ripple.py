@@ -11,7 +11,7 @@ Easily confused with:
 
 from math import inf, pi, sin
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, PHASES, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -24,9 +24,7 @@ def _ripple(at: At, q: Own, p: Numbers) -> Result:
 def _starts(scales: Scales) -> list[Values]:
     periods = scales.ripples or (scales.position, 0.3 * scales.position)
     return [
-        {"amplitude": 0.1 * scales.force, "period": period, "phase": phase}
-        for period in periods
-        for phase in (0.0, 0.5 * pi)
+        {"amplitude": 0.1 * scales.force, "period": period, "phase": phase} for period in periods for phase in PHASES
     ]
 
 

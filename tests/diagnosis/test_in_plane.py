@@ -13,7 +13,7 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import scales_of
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.diagnosis.fit.validate import absent
-from mmt_drake.diagnosis.search.minima import at_the_limit
+from mmt_drake.diagnosis.search.minima import at_the_limit, the_other_friction
 from mmt_drake.diagnosis.search.screening import screen
 from mmt_drake.diagnosis.search.starts import Seed, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
@@ -76,3 +76,16 @@ def test_a_law_at_its_limit_is_the_simpler_law_and_not_named(problem, special):
         setup = SearchSetup(problem, LIBRARY_HERE, scales_of(problem, fitted.model), executor, Watch())
         best, *_ = at_the_limit(setup, [fitted])
     assert best.hypothesis.names == ("coulomb_friction",) and problem.left(best) < 1.1
+
+
+@pytest.mark.parametrize("unsaid", [True, False])
+def test_friction_that_was_guessed_before_anything_was_found_is_guessed_again(problem, unsaid):
+    hypothesis = Hypothesis(replace(UNSAID, in_plane="vector")).adding(LIBRARY["coulomb_friction"])
+    guessed = problem.fit(hypothesis, hypothesis.vector({}, {"coulomb_friction": {"Fc": LEVEL}}))
+    assert problem.left(guessed) > 2.0
+    with ThreadPoolExecutor(1) as executor:
+        scales = scales_of(problem, guessed.model)
+        setup = SearchSetup(problem, LIBRARY_HERE, scales, executor, Watch(), friction_unsaid=unsaid)
+        (found,) = the_other_friction(setup, [guessed])
+    assert (problem.left(found) < 1.1) is unsaid and (found is guessed) is not unsaid
+    assert found.hypothesis.nominal == replace(UNSAID, in_plane="per_axis" if unsaid else "vector")

@@ -16,7 +16,7 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.minima import prune, simplify
 from mmt_drake.diagnosis.search.name import LEVELS, search
-from mmt_drake.diagnosis.search.starts import Seed, Start, all_starts
+from mmt_drake.diagnosis.search.starts import Seed, Start, added, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Stage, Watch
 from mmt_drake.effects import LIBRARY, Scales
 
@@ -243,6 +243,32 @@ def test_of_the_starts_of_a_moment_those_about_when_it_happened_promise_most():
     best = promised[max(promised)]
     assert abs(best["time"] - 8.0) < scales.duration / 21.0 and best["dm"] > 0.0
     assert max(promised) > 0.5 > 10.0 * float(np.median(list(promised)))
+
+
+def test_what_effects_did_alone_says_which_two_leave_least_and_how_much():
+    delayed, drifting = ("time_delay", (("delay", 0.03),)), ("force_drift", (("rate", 0.03),))
+    problem, base, scales = fitted_base(delayed, drifting)
+    singles = {}
+    for name in ("time_delay", "force_drift", "force_lag", "force_bias", "nonlinear_stiffness", "viscous_friction"):
+        starts = all_starts([Seed(base, problem, base)], [LIBRARY[name]], scales)
+        found = [fitted for start in starts if (fitted := start.widened(problem, None)) is not None]
+        tried = [problem.fit(f.hypothesis, f.x, steps=20) for f in found]
+        singles |= {name: min(tried, key=lambda f: f.cost)} if tried else {}
+    (left, one, other), *others = added(base, singles.values())
+    assert {*one.hypothesis.names, *other.hypothesis.names} == {"time_delay", "force_drift"}
+    assert left < 0.1 * one.cost and left < 0.1 * other.cost and left < 0.2 * others[0][0]
+    (late,) = all_starts(
+        [Seed(singles["force_drift"], problem, singles["force_drift"])], [LIBRARY["time_delay"]], scales
+    )[:1]
+    assert late.promise() < 0.5, "first derivatives do not show it: the damper has made up for the delay"
+
+
+@pytest.mark.parametrize("name", ["torque_ripple", "periodic_disturbance"])
+def test_one_start_of_a_phase_wants_its_effect_with_the_sign_that_it_has(name):
+    scales = fitted_base()[2]
+    for phase in np.linspace(-3.0, 3.0, 13):
+        apart = [math.cos(values["phase"] - phase) for values in LIBRARY[name].starts(scales)]
+        assert max(apart) >= math.sqrt(0.5) - 1e-12
 
 
 def test_a_start_that_no_model_can_have_is_left_out():

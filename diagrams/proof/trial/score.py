@@ -158,6 +158,7 @@ class _Answer:
         depths: name -> how deep it is called certain.
         real: the true names.
         equals: other sets of names that describe the truth exactly.
+        beside: names of what is nameless beside the truth: not false, and not asked for.
         alternatives: sets of names that are said to be indistinguishable.
     """
 
@@ -167,6 +168,7 @@ class _Answer:
         self.depths = {str(effect["name"]): effect.get("certain") for effect in self.effects}
         self.names = tuple(str(effect["name"]) for effect in self.effects if effect["name"] != "tabulated_force")
         self.answer, self.real, self.equals = frozenset(self.names), frozenset(truth["truth"]), equal_sets(truth)
+        self.beside = frozenset(truth.get("not_false", ())) - self.real
         listed = [entry for entry in diagnosis.get("alternatives") or () if entry.get("indistinguishable") is True]
         self.alternatives = [frozenset(re.findall(r"\w+", str(entry["name"]))) for entry in listed]
 
@@ -174,7 +176,7 @@ class _Answer:
         """Whether it names what is not true."""
         true_sets = (self.real, *self.equals)
         if self.verdict == "ambiguous":
-            answers = [self.answer, *self.alternatives]
+            answers = [names - self.beside for names in (self.answer, *self.alternatives)]
             return not any(names and any(names <= true for true in true_sets) for names in answers)
         if not self.answer:
             return False
@@ -207,8 +209,7 @@ class _Answer:
             return self.verdict in verdicts and self.block_correct() is True
         if kind in ("none", "parameters"):
             return self.verdict == ("no_mismatch" if kind == "none" else "parameters") and not self.names
-        extra = frozenset(self._truth.get("not_false", ())) - self.real
-        found = self.answer - extra
+        found = self.answer - self.beside
         if self.verdict == "ambiguous":
             return found in true_sets
         if self.verdict != "missing_physics" and not (

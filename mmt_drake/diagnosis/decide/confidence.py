@@ -25,8 +25,9 @@ RULED_OUT = 0.01
 ALIKE = 2.0
 """... and, if it has a name, only if it leaves more than this many times as much beyond the noise, in variance. What
 nobody has named is in every block and no chance: a wrong law may take from it what the right one leaves."""
-NEXT_TO_NOTHING = 0.002
-"""... and more than this part of what is there to be explained: no law of a real machine is right to a thousandth."""
+NEXT_TO_NOTHING, RIGHT = 0.002, 10.0
+"""... and more than this part of what is there to be explained: no law of a real machine is right to a thousandth. But
+where the best one leaves so little that so many times that is less, its laws are right to that."""
 
 WELL = 0.05
 """With this probability at least, chance may well have put one explanation before another."""
@@ -136,7 +137,8 @@ class ConfidenceSet:
         """
         least = min(costs)
         without = _without_effects(fits, costs)
-        near = least + max((ALIKE - 1.0) * (least - noise), NEXT_TO_NOTHING * (without - least), 0.0)
+        beyond = max(least - noise, 0.0)
+        near = least + max((ALIKE - 1.0) * beyond, min(RIGHT * beyond, NEXT_TO_NOTHING * (without - least)))
         alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
         standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
         members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing

@@ -11,6 +11,11 @@ from mmt_drake.model.parameters import FlexibleBoxModel, InPlane
 from mmt_drake.model.structure import Structure
 
 
+def is_open(problem: Problem, model: Structure) -> bool:
+    """Whether it matters to a model which of the two its friction is, and nobody has said."""
+    return _is_open(problem, model, model)
+
+
 def said(problem: Problem, model: Structure, skew: float) -> Structure:
     """The model handed in; if it has friction already and does not say which, with what fits better.
 
@@ -22,7 +27,7 @@ def said(problem: Problem, model: Structure, skew: float) -> Structure:
     Raises:
         MmtError: the model cannot be simulated.
     """
-    if not _is_open(problem, model, model):
+    if not is_open(problem, model):
         return model
 
     def left(friction: Structure) -> float:
@@ -44,6 +49,16 @@ def per_axis_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
     other = replace(hypothesis, nominal=_with(hypothesis.nominal, "per_axis"))
     alone = attempt(problem.fit, other, fitted.x, steps=steps, secant=True)
     return fitted if alone is None or fitted.cost <= alone.cost else alone
+
+
+def the_other_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
+    """A fit; with its friction the other one of the two, if that is better."""
+    nominal = fitted.hypothesis.nominal
+    assert isinstance(nominal, FlexibleBoxModel)  # nothing else is open
+    other: InPlane = "vector" if nominal.in_plane == "per_axis" else "per_axis"
+    hypothesis = replace(fitted.hypothesis, nominal=_with(nominal, other))
+    found = attempt(problem.fit, hypothesis, fitted.x, steps=steps, secant=True)
+    return fitted if found is None or fitted.cost <= found.cost else found
 
 
 def _is_open(problem: Problem, nominal: Structure, model: Structure) -> bool:

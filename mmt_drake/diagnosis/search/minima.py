@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
+from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.search.in_plane import per_axis_if_better
+from mmt_drake.diagnosis.search.in_plane import per_axis_if_better, the_other_if_better
 from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLED, SETTLING_STEPS, Seed, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
@@ -13,6 +14,8 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.effects.viscoelastic_relaxation import TIME_CONSTANT
 from mmt_drake.errors import attempt
 
+_OTHER_FRICTION = 4
+"""So many of the best are tried with friction the other one of a vector and one for each axis."""
 _RESTARTED, _MOVES = 2, 8
 _FIRST_STEPS, _TAKEN_ON = 2, 3
 """After so many steps from every move, so many of each set are taken on."""
@@ -63,6 +66,17 @@ def at_the_limit(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
                 fitted = attempt(problem.fit, limit, start, steps=REFINING_STEPS, secant=True)
                 others += [] if fitted is None else [per_axis_if_better(problem, fitted, REFINING_STEPS)]
     return best_of_each(others)
+
+
+def the_other_friction(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
+    """Try the best fits with friction the other one, a vector or one for each axis, if nobody said; all, best first.
+
+    What fits better without the effect that is missing may be the wrong one, and stands in the way of all laws then.
+    """
+    best = found[:_OTHER_FRICTION] if setup.friction_unsaid and setup.problem.left(found[0]) > NOISE_ALONE else []
+    steps = [REFINING_STEPS] * len(best)
+    tried = setup.executor.map(the_other_if_better, [setup.problem] * len(best), best, steps)
+    return best_of_each([*tried, *found])
 
 
 def _instead(setup: SearchSetup, best: Fitted, effect: Effect, laws: Sequence[Effect]) -> list[Fitted]:

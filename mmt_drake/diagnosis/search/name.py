@@ -6,21 +6,24 @@ of a disturbance, a law of turns where nothing turns) imitates any drift: it may
 on it.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from mmt_drake.diagnosis.fit.left_out import gained_by_chance
+from mmt_drake.diagnosis.fit.prepare import scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent
-from mmt_drake.diagnosis.search.minima import at_the_limit, prune, random_restarts, simplify, swap
+from mmt_drake.diagnosis.search.minima import at_the_limit, prune, random_restarts, simplify, swap, the_other_friction
 from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, screen
-from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, all_starts, together
+from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, added, all_starts, together
 from mmt_drake.diagnosis.search.watch import SearchSetup
 
 LEVELS = ("one missing effect", "two missing effects")
 """What a search looks for, stage by stage."""
 _MOST_SEEDS = 4
-_FURTHER, _FURTHER_KEPT = 24, 2
+_SETS, _FURTHER, _FURTHER_KEPT = 30, 24, 2
+"""Of pairs so many are screened, so many starts go on to all tracks, and so many of each."""
 _SHARE = 0.5
 """Of the time that is left one more effect at once may take: a single one must leave time for two."""
 _RESTARTING = 0.1
@@ -32,6 +35,8 @@ _LITTLE = 5.0
 together are any good neither is, alone."""
 _PAIRS, _PROMISED = 4, 0.3
 """Pairs that are tried for what both promise together: so many at most, and what promises this part of the cost."""
+_ADDED = 12
+"""And so many that are expected to leave least by what each did alone."""
 _ALIKE = 1.1
 """The numbers handed in are a second origin where they cost this much more than the fitted ones."""
 _WORTH = 0.1
@@ -64,11 +69,8 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
         setup.watch.begin(stage)
         with setup.watch.within(_SHARE):
             if level > 0:
-                parts = problem.eased(seeds[0])[:1]
-                first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
-                tries = [*all_starts([first], library, scales), *_further(others, best_starts)]
-                tries += _together(setup, levels[0], [replace(s, seed=origins[0]) for s in best_starts.values()])
-                screened = screen(setup, tries, kept=_FURTHER_KEPT, further=_FURTHER)
+                tries = _beside(setup, origins[0], seeds, levels[0], best_starts)
+                screened = screen(setup, tries, kept=_FURTHER_KEPT, sets=_SETS, further=_FURTHER)
             else:
                 screened = screen(setup, tries)
             if not screened:
@@ -82,11 +84,10 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
         if level > 0:
             found = simplify(setup, found)
         with setup.watch.within(_RESTARTING):
-            found = random_restarts(setup, at_the_limit(setup, found))
+            found = random_restarts(setup, the_other_friction(setup, at_the_limit(setup, found)))
         if level > 0:
-            pruned = prune(problem, found[0], setup.executor)
             with setup.watch.within(_RESTARTING):
-                levels[-1] = best_of_each([*levels[-1], *random_restarts(setup, pruned)])
+                levels[-1] = _pruned(setup, found[0], levels[-1])
         levels.append(best_of_each([*found, *(s.fitted for s in screened)]))
         if enough(found[0]):
             if level == 0:
@@ -101,6 +102,37 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
         if not seeds or (is_little and _is_chance(problem, before, seeds[:_ASKED], len(levels[-1]))):
             break
     return levels
+
+
+def _beside(
+    setup: SearchSetup, origin: Seed, seeds: Sequence[Fitted], singles: Sequence[Fitted], starts: Mapping[str, Start]
+) -> list[Start]:
+    """What is tried beside one effect: all beside the first seed, what promises something beside the others.
+
+    Args:
+        setup: of the search.
+        origin: the fit of no effect.
+        seeds: fits of one effect each.
+        singles: all fits of one effect.
+        starts: the best start of each effect alone.
+    """
+    parts = setup.problem.eased(seeds[0])[:1]
+    first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
+    return [
+        *all_starts([first], setup.library, setup.scales),
+        *_further(others, starts),
+        *_at_what_is_left(setup, [first, *others]),
+        *_together(setup, singles, [replace(start, seed=origin) for start in starts.values()]),
+        *_added(setup.problem, origin.fitted, singles),
+    ]
+
+
+def _pruned(setup: SearchSetup, best: Fitted, singles: Sequence[Fitted]) -> list[Fitted]:
+    """The fits of one effect with those that the best pair's numbers bring further, moved about; best first."""
+    before = {f.hypothesis.key: f.cost for f in singles}
+    fewer = prune(setup.problem, best, setup.executor)
+    better = [f for f in fewer if f.cost < before.get(f.hypothesis.key, math.inf)]
+    return best_of_each([*singles, *(random_restarts(setup, better) if better else [])])
 
 
 def _made_up(setup: SearchSetup, tries: Sequence[Start], found: Sequence[Fitted]) -> list[Fitted]:
@@ -141,6 +173,29 @@ def _together(setup: SearchSetup, singles: Sequence[Fitted], starts: Sequence[St
         if alone.hypothesis.admits(other.effect):
             parts = setup.problem.eased(alone)[:1]
             tries += [Start(seed, other.effect, other.values) for seed in Seed.on_parts(alone, parts)]
+    return tries
+
+
+def _added(problem: Problem, base: Fitted, singles: Sequence[Fitted]) -> list[Start]:
+    """Pairs that are expected to leave least by what each did alone, each from the numbers of both."""
+    tries = []
+    for left, *pair in added(problem.unchanged(base.hypothesis, base.x), singles)[:_ADDED]:
+        better, other = sorted(pair, key=lambda single: single.cost)
+        (effect,) = other.hypothesis.effects
+        if better.hypothesis.admits(effect):
+            seeds = Seed.on_parts(better, problem.eased(better)[:1])
+            values = other.effect_values[effect.name]
+            tries += [Start(seed, effect, values, 1.0 - left / better.cost) for seed in seeds]
+    return tries
+
+
+def _at_what_is_left(setup: SearchSetup, seeds: Sequence[Seed]) -> list[Start]:
+    """Starts at the frequencies and lengths of what each seed leaves: what it has taken may have hidden these."""
+    tries = []
+    for seed in seeds:
+        left = scales_of(setup.problem, seed.fitted.model)
+        scales = setup.scales._replace(peaks=left.peaks, ripples=left.ripples)
+        tries += [s for s in all_starts([seed], setup.library, scales) if s.values not in s.effect.starts(setup.scales)]
     return tries
 
 

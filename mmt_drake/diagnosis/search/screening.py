@@ -31,9 +31,8 @@ _LOOK_STEPS, _HOPELESS = 6, 4.0
 """Where one explains enough, what leaves this many times its variance after so many steps goes no further."""
 _POOR = 0.1
 """Nor, where none explains enough, what gained less than this part of what the best one did."""
-_FEW_STARTS, _HOPEFUL, _SETS = 4, 12, 60
-"""So many starts are screened of each of so many sets of effects that promise most, one of each of the others, and so
-many sets at all."""
+_FEW_STARTS, _HOPEFUL = 4, 12
+"""So many starts are screened of each of so many sets of effects that promise most, and one of each of the others."""
 _GOING_ON = 16
 """So many sets of effects go on after a first look; the others stay as it found them."""
 _WIDENED, _SAME_MINIMUM = 2, 0.01
@@ -45,7 +44,9 @@ _ASKING, _LOOKING, _SETTLING, _LEAST_SETTLED = 0.25, 0.4, 0.5, 4
 starts, and again for more steps from the better ones, best first; so many sets of effects go on whatever the time."""
 
 
-def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further: int = 1000) -> list[Screened]:
+def screen(
+    setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, sets: int = 60, further: int = 1000
+) -> list[Screened]:
     """Screen all starts, as long as there is time; of each set of effects the best from each origin, best first.
 
     Those that a first look leaves most of are as it found them.
@@ -54,11 +55,13 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
         setup: of the search.
         tries: the starts.
         kept: how many starts of each set and origin go on; more where there are many, for there are many minima.
-        further: how many go on to the whole problem; the others are left behind. All then look at the same part.
+        sets: how many sets of effects are screened, those that promise most.
+        further: how many starts go on to the whole problem; the others are left behind. All then look at the same part.
     """
     problem, executor, watch = setup.problem, setup.executor, setup.watch
+    left = _left(tries)
     with watch.within(_ASKING):
-        tries = _promising(tries, executor, watch)
+        tries = _promising(tries, executor, watch, sets)
     found: dict[tuple[frozenset[str], int], list[Screened]] = {}
     tried: set[str] = set()
     with watch.within(_LOOKING):
@@ -66,14 +69,14 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
         for done, (start, fitted) in enumerate(zip(tries, executor.map(Start.screened, tries), strict=True), 1):
             if fitted is not None:
                 watch.did(f"a first look at {fitted.hypothesis.label}", done, len(tries))
-                screened = Screened(start, fitted)
-                found.setdefault((fitted.hypothesis.key, id(screened.start.seed.fitted)), []).append(screened)
+                key = fitted.hypothesis.key, id(start.seed.fitted)
+                found.setdefault(key, []).append(Screened(start, fitted))
             tried.add(start.name)
             if watch.is_late():  # what is not begun by now is cancelled
                 watch.miss(a.name for a in tries if a.name not in tried)
                 break
-    better = (s for starts in found.values() for s in sorted(starts, key=lambda s: s.left)[:kept])
-    chosen, behind = _going_on(sorted(better, key=lambda s: s.fitted.cost)[:further])
+    better = (s for starts in found.values() for s in sorted(starts, key=left)[:kept])
+    chosen, behind = _going_on(sorted(better, key=lambda s: s.fitted.cost)[:further], left)
     fits = executor.map(Start.settled, *zip(*((s.start, problem, s.fitted) for s in chosen), strict=True))
     settled: dict[frozenset[str], list[tuple[Start, Fitted | None]]] = {}
     with watch.within(_SETTLING):  # those that promise most come first
@@ -101,15 +104,29 @@ def screen(setup: SearchSetup, tries: Sequence[Start], *, kept: int = 1, further
     return sorted(again, key=lambda s: s.fitted.cost)
 
 
-def _going_on(looked_at: Sequence[Screened]) -> tuple[list[Screened], list[Screened]]:
+def _left(tries: Sequence[Start]) -> Callable[[Screened], float]:
+    """What a first look leaves of the least that any seed does on the same part of the problem.
+
+    Not of its own seed: numbers that were far off are put right by whatever effect stands beside them.
+    """
+    least: dict[int, float] = {}
+    for seed in (start.seed for start in tries):
+        least[id(seed.part)] = min(seed.near.cost, least.get(id(seed.part), math.inf))
+    return lambda screened: screened.fitted.cost / least[id(screened.start.seed.part)]
+
+
+def _going_on(
+    looked_at: Sequence[Screened], left: Callable[[Screened], float]
+) -> tuple[list[Screened], list[Screened]]:
     """All starts of those sets of effects that a first look leaves least of, and of each other set the best start."""
-    ranked = list(dict.fromkeys(s.fitted.hypothesis.key for s in sorted(looked_at, key=lambda s: s.left)))
+    by_left = sorted(looked_at, key=left)
+    ranked = list(dict.fromkeys(s.fitted.hypothesis.key for s in by_left))
     first, others = set(ranked[:_GOING_ON]), ranked[_GOING_ON:]
-    best = {s.fitted.hypothesis.key: s for s in sorted(looked_at, key=lambda s: -s.left)}
+    best = {s.fitted.hypothesis.key: s for s in reversed(by_left)}
     return [s for s in looked_at if s.fitted.hypothesis.key in first], [best[key] for key in others]
 
 
-def _promising(tries: Sequence[Start], executor: Executor, watch: Watch) -> list[Start]:
+def _promising(tries: Sequence[Start], executor: Executor, watch: Watch, sets: int) -> list[Start]:
     """Of the many starts of a set of effects beside one seed those that promise most.
 
     One, where the set is not among those that promise most, and none of those that promise least of very many.
@@ -128,7 +145,7 @@ def _promising(tries: Sequence[Start], executor: Executor, watch: Watch) -> list
     middle = statistics.median(promised) if promised else 0.0
     promised = [promise or middle for promise in promised] + [middle] * (len(tries) - len(promised))
     best = [tries[i] for i in sorted(range(len(tries)), key=lambda i: -promised[i])]
-    names = list(dict.fromkeys(start.name for start in best))[:_SETS]
+    names = list(dict.fromkeys(start.name for start in best))[:sets]
     return _in_turn(best, {name: _FEW_STARTS if rank < _HOPEFUL else 1 for rank, name in enumerate(names)})
 
 

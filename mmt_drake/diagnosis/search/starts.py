@@ -57,11 +57,13 @@ class Start:
         seed: the fit that it starts from.
         effect: what is added to it.
         values: starting values of the effect.
+        promised: the part of the seed's cost that the effect is expected to take, where other fits say so.
     """
 
     seed: Seed
     effect: Effect
     values: Mapping[str, float]
+    promised: float = 0.0
 
     @property
     def name(self) -> str:
@@ -71,15 +73,16 @@ class Start:
     def promise(self) -> float:
         """The part of the seed's cost that a little of the effect says it would take, to first order; one simulation.
 
-        How much of the residual lies along its change (`slight`). 0 where it cannot be simulated.
+        How much of the residual lies along its change (`slight`). What is promised already, where it says no more or
+        cannot be simulated.
         """
         change = self.slight()
         if change is None:
-            return 0.0
+            return self.promised
         left = _across(self.seed.near.directions, self.seed.near.minimum.residual)
         along, size = -float(left @ change), float(change @ change)
         part = along**2 / (size * self.seed.near.cost) if size > 0.0 else 0.0
-        return part if along > 0.0 else _TURNED * part
+        return max(self.promised, part if along > 0.0 else _TURNED * part)
 
     def slight(self) -> Array | None:
         """What a little of the effect makes of the seed's residual, and the numbers that are fitted cannot make."""
@@ -171,11 +174,6 @@ class Screened:
     start: Start
     fitted: Fitted
 
-    @property
-    def left(self) -> float:
-        """Part of the seed's cost that is left, on the seed's part of the problem."""
-        return self.fitted.cost / self.start.seed.near.cost
-
 
 def _across(known: Array, residual: Array) -> Array:
     """What of a residual directions cannot take."""
@@ -203,6 +201,26 @@ def together(starts: Sequence[Start], executor: Executor) -> list[tuple[float, S
         span, _ = np.linalg.qr(np.column_stack([a, b]))
         found.append((_squared(span.T @ left) / near.cost, one, other))
     return sorted(found, key=lambda pair: -pair[0])
+
+
+def added(before: Fitted, singles: Iterable[Fitted]) -> list[tuple[float, Fitted, Fitted]]:
+    """Of each two effects what both are expected to leave of the cost before them, the least first.
+
+    Each has changed the residual, with all numbers fitted beside it. Both together are expected to change it by the sum
+    of these, each in the amount that serves best: what one alone hides from first derivatives (a delay that the damper
+    made up for) is in its own fit.
+
+    Args:
+        before: the fit without effects.
+        singles: fits of one effect each, of the same problem.
+    """
+    left = before.minimum.residual
+    changes = [(single, single.minimum.residual - left) for single in singles]
+    found = []
+    for (one, a), (other, b) in combinations(changes, 2):
+        span, _ = np.linalg.qr(np.column_stack([a, b]))
+        found.append((_squared(_across(span, left)), one, other))
+    return sorted(found, key=lambda pair: pair[0])
 
 
 def all_starts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Start]:

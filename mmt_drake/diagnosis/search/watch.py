@@ -146,6 +146,8 @@ class SearchSetup:
         scales: of the recordings.
         executor: runs the fits.
         watch: the clock; it hears what has been tried, and what there was no time for.
+        friction_unsaid: whether friction is a vector in the plane, or one for each axis, as fitted better without any
+            effect; nobody said which.
     """
 
     problem: Problem
@@ -153,3 +155,4 @@ class SearchSetup:
     scales: Scales
     executor: Executor
     watch: Watch
+    friction_unsaid: bool = False
