@@ -117,8 +117,8 @@ def test_what_takes_less_than_half_off_rules_out_no_effect_but_no_other_name(pro
 @pytest.mark.parametrize(("more", "stands"), [(0.0019, True), (0.0021, False)])
 def test_a_thousandth_of_what_is_to_be_explained_rules_no_name_out(problem, fits, monkeypatch, more, stands) -> None:
     noise = np.random.default_rng(0).standard_normal(len(problem.blocks()))
-    best = noise * np.sqrt(problem.samples() / (noise @ noise))  # as much as noise alone
-    refit = 100.0 * best
+    best = noise * np.sqrt(2.0 * problem.samples() / (noise @ noise))  # as much as noise, and that once more
+    refit = 30.0 * best
     other = best * np.sqrt(1.0 + more * (refit @ refit - best @ best) / (best @ best))
     left = {frozenset(): refit, frozenset(("hysteresis",)): other, frozenset(("coulomb_friction",)): best}
     monkeypatch.setattr(confidence, "left_out", lambda _, fitted: left[fitted.hypothesis.key])
@@ -222,6 +222,15 @@ def test_a_law_that_predicts_no_better_than_its_special_case_but_by_chance_does_
     monkeypatch.setattr(confidence, "by_chance", lambda numbers, worse, better, noise: chance)
     names = {f.hypothesis.names for f in held_of(more).members}
     assert ("nonlinear_stiffness",) in names and (("hardening_relaxation",) in names) is speaks
+
+
+@pytest.mark.parametrize(("beyond", "stands"), [(0.01, False), (1.0, True)])
+def test_what_is_next_to_nothing_beside_the_whole_is_much_where_the_best_leaves_noise_alone(beyond, stands) -> None:
+    fits = telling("", "force_drift second_mode", "force_drift viscoelastic_relaxation").members
+    noise, best = 1000.0, 1000.0 * (1.0 + beyond)
+    costs, chances = [5e6, best, best + 4000.0], [0.0, 1.0, 1e-9]
+    found, alike = ConfidenceSet.sifted(fits, costs, chances, {}, noise)
+    assert (fits[2].hypothesis.key in found.standing) is stands and fits[2].hypothesis.key in alike
 
 
 @pytest.mark.parametrize(("unseen", "stands"), [(1e-9, False), (0.02, True)])

@@ -27,7 +27,7 @@ ALIKE = 2.0
 nobody has named is in every block and no chance: a wrong law may take from it what the right one leaves."""
 NEXT_TO_NOTHING, RIGHT = 0.002, 10.0
 """... and more than this part of what is there to be explained: no law of a real machine is right to a thousandth. But
-where the best one leaves so little that so many times that is less, its laws are right to that."""
+where the best one leaves so little beyond the noise that so many times that, and the noise, are less, its laws are."""
 
 WELL = 0.05
 """With this probability at least, chance may well have put one explanation before another."""
@@ -137,10 +137,12 @@ class ConfidenceSet:
         """
         least = min(costs)
         without = _without_effects(fits, costs)
-        beyond = max(least - noise, 0.0)
-        near = least + max((ALIKE - 1.0) * beyond, min(RIGHT * beyond, NEXT_TO_NOTHING * (without - least)))
-        alike = [bool(f.hypothesis.effects) and cost <= near for f, cost in zip(fits, costs, strict=True)]
-        standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or alike[i]]
+        beyond, slight = max(least - noise, 0.0), NEXT_TO_NOTHING * (without - least)
+        near = least + max((ALIKE - 1.0) * beyond, min(max(RIGHT * beyond, noise), slight))
+        alike = [
+            bool(f.hypothesis.effects) and c <= max(near, least + slight) for f, c in zip(fits, costs, strict=True)
+        ]
+        standing = [i for i, chance in enumerate(chances) if chance >= RULED_OUT or (alike[i] and costs[i] <= near)]
         members = [i for i in standing if not unsaid.get(fits[i].hypothesis.key)] or standing
         members.sort(key=lambda i: (len(fits[i].hypothesis.effects), len(fits[i].x), costs[i]))
         found = cls(
