@@ -25,7 +25,7 @@ from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base, over_windows
-from mmt_drake.diagnosis.search.in_plane import is_open, said
+from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import other_curves, tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about
 from mmt_drake.diagnosis.search.name import LEVELS, search
@@ -132,14 +132,13 @@ def _session(
     problem, fine = searched.problem, prepared.fine
     assert problem is not None and fine is not None  # of recordings that were not refused
     model = compared(model, prepared.window_s, prepared.initial)
-    friction_unsaid = is_open(problem, model)
-    model = cast(Model, said(problem, model, prepared.skew))
+    handed, model = model, cast(Model, said(problem, model, prepared.skew))
     effects = [e.within(model) for e in library if e.name != TABULATED]
     if isinstance(model, SurfaceContact):
         return SurfaceSession(prepared, problem, problem, model, effects, workers, watch, refit)
     polish = Polish(workers)
     return _LawSession(
-        prepared, problem, fine, model, effects, workers, watch, refit, polish, next_motion, friction_unsaid
+        prepared, problem, fine, model, effects, workers, watch, refit, polish, next_motion, model is not handed
     )
 
 

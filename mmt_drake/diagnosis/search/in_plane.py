@@ -11,11 +11,6 @@ from mmt_drake.model.parameters import FlexibleBoxModel, InPlane
 from mmt_drake.model.structure import Structure
 
 
-def is_open(problem: Problem, model: Structure) -> bool:
-    """Whether it matters to a model which of the two its friction is, and nobody has said."""
-    return _is_open(problem, model, model)
-
-
 def said(problem: Problem, model: Structure, skew: float) -> Structure:
     """The model handed in; if it has friction already and does not say which, with what fits better.
 
@@ -27,7 +22,7 @@ def said(problem: Problem, model: Structure, skew: float) -> Structure:
     Raises:
         MmtError: the model cannot be simulated.
     """
-    if not is_open(problem, model):
+    if not _is_open(problem, model, model):
         return model
 
     def left(friction: Structure) -> float:
@@ -46,17 +41,18 @@ def per_axis_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
     is_noise = fitted.cost <= NOISE_ALONE**2 * problem.samples()
     if is_noise or not _is_open(problem, hypothesis.nominal, fitted.model):
         return fitted
-    other = replace(hypothesis, nominal=_with(hypothesis.nominal, "per_axis"))
-    alone = attempt(problem.fit, other, fitted.x, steps=steps, secant=True)
-    return fitted if alone is None or fitted.cost <= alone.cost else alone
+    return _with_if_better(problem, fitted, "per_axis", steps)
 
 
 def the_other_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
     """A fit; with its friction the other one of the two, if that is better."""
     nominal = fitted.hypothesis.nominal
     assert isinstance(nominal, FlexibleBoxModel)  # nothing else is open
-    other: InPlane = "vector" if nominal.in_plane == "per_axis" else "per_axis"
-    hypothesis = replace(fitted.hypothesis, nominal=_with(nominal, other))
+    return _with_if_better(problem, fitted, "vector" if nominal.in_plane == "per_axis" else "per_axis", steps)
+
+
+def _with_if_better(problem: Problem, fitted: Fitted, which: InPlane, steps: int) -> Fitted:
+    hypothesis = replace(fitted.hypothesis, nominal=_with(fitted.hypothesis.nominal, which))
     found = attempt(problem.fit, hypothesis, fitted.x, steps=steps, secant=True)
     return fitted if found is None or fitted.cost <= found.cost else found
 

@@ -179,7 +179,7 @@ def _together(setup: SearchSetup, singles: Sequence[Fitted], starts: Sequence[St
 def _added(problem: Problem, base: Fitted, singles: Sequence[Fitted]) -> list[Start]:
     """Pairs that are expected to leave least by what each did alone, each from the numbers of both."""
     tries = []
-    for left, *pair in added(problem.unchanged(base.hypothesis, base.x), singles)[:_ADDED]:
+    for left, *pair in added(base, singles)[:_ADDED]:
         better, other = sorted(pair, key=lambda single: single.cost)
         (effect,) = other.hypothesis.effects
         if better.hypothesis.admits(effect):
