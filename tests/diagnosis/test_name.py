@@ -14,8 +14,9 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagnosis.search.minima import prune, simplify
+from mmt_drake.diagnosis.search.minima import kin, prune, simplify
 from mmt_drake.diagnosis.search.name import LEVELS, search
+from mmt_drake.diagnosis.search.screening import screen
 from mmt_drake.diagnosis.search.starts import Seed, Start, added, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Stage, Watch
 from mmt_drake.effects import LIBRARY, Scales
@@ -300,3 +301,18 @@ def test_beside_a_second_effect_a_law_gives_way_to_the_special_case_that_it_is(s
     simple = keys[frozenset({"force_bias", second[0]})]
     assert simple.cost < ENOUGH**2 * problem.samples()
     assert not any("force_lag" in key for key in keys)
+
+
+def test_a_law_of_friction_whose_own_starts_end_far_off_is_found_from_the_numbers_of_its_kin():
+    problem, base, scales = fitted_base(("static_friction", (("Fd", 0.3), ("Fs", 2.0), ("v_d", 0.01))))
+    hypothesis = base.hypothesis.adding(LIBRARY["stribeck_friction"], {})
+    start = base.numbers_for(hypothesis, {"stribeck_friction": {"Fs": 1.9, "v_s": 0.005}})
+    taken_for = problem.fit(hypothesis, start)
+    library = [LIBRARY[name] for name in ("stribeck_friction", "static_friction", "force_lag")]
+    with ThreadPoolExecutor(1) as executor:
+        setup = SearchSetup(problem, library, scales, executor, Watch())
+        own = screen(setup, all_starts([Seed(base, problem, base)], [LIBRARY["static_friction"]], scales))
+        found = kin(setup, [taken_for])
+    assert problem.left(taken_for) > 5.0 and problem.left(own[0].fitted) > 50.0
+    assert [f.hypothesis.names for f in found] == [("static_friction",), ("stribeck_friction",)]
+    assert problem.left(found[0]) < ENOUGH

@@ -1,6 +1,6 @@
 """Better minima: other and simpler laws in the place of one found, one effect less, numbers moved about."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.in_plane import per_axis_if_better, the_other_if_better
 from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
-from mmt_drake.diagnosis.search.starts import SETTLED, SETTLING_STEPS, Seed, all_starts
+from mmt_drake.diagnosis.search.starts import SETTLED, SETTLING_STEPS, Seed, Start, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 from mmt_drake.effects.effect import Effect
 from mmt_drake.effects.viscoelastic_relaxation import TIME_CONSTANT
@@ -68,6 +68,20 @@ def at_the_limit(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     return best_of_each(others)
 
 
+def kin(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
+    """Try the kin of the best fit's friction from its numbers; all, best first.
+
+    A law is only as sure as its kin had a chance, and a body that sticks has many minima: from starts of its own the
+    right one may have ended far off.
+    """
+    best, others = found[0], []
+    for effect in best.hypothesis.effects:
+        if effect.target == "Fc" and not setup.watch.is_late():
+            ours = [law for law in setup.library if law.target == "Fc" and law is not effect]
+            others += _instead(setup, best, effect, ours, alike_alone=True)
+    return best_of_each([*found, *others])
+
+
 def the_other_friction(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     """Try the best fits with friction the other one, a vector or one for each axis, if nobody said; all, best first.
 
@@ -79,18 +93,36 @@ def the_other_friction(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitt
     return best_of_each([*tried, *found])
 
 
-def _instead(setup: SearchSetup, best: Fitted, effect: Effect, laws: Sequence[Effect]) -> list[Fitted]:
-    """A fit with other laws in the place of one effect, from all their starts; and with what they have in common."""
+def _instead(
+    setup: SearchSetup, best: Fitted, effect: Effect, laws: Sequence[Effect], *, alike_alone: bool = False
+) -> list[Fitted]:
+    """A fit with other laws in the place of one effect, from all their starts and with what they have in common.
+
+    Args:
+        setup: of the search.
+        best: the fit.
+        effect: in its place others are tried.
+        laws: the others.
+        alike_alone: from what they have in common alone.
+    """
     if not laws:
         return []
     problem = setup.problem
     hypothesis = best.hypothesis.without(effect.name)
     rest = problem.at(hypothesis, best.numbers_for(hypothesis))
     tries = all_starts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, setup.scales)
-    known = best.effect_values[effect.name]
-    alike = [replace(a, values={k: known.get(k, v) for k, v in a.values.items()}) for a in tries]
-    tries += [a for a, b in zip(alike, tries, strict=True) if a.values != b.values]
+    known = {**best.structure_values, **best.effect_values[effect.name]}
+    own = [(start.effect.name, start.values) for start in tries]
+    carried = {(a.effect.name, *a.values.values()): a for a in (_carried(start, known) for start in tries)}
+    alike = [a for a in carried.values() if (a.effect.name, a.values) not in own]
+    tries = alike if alike_alone else [*tries, *alike]
     return refine(setup, screen(setup, tries), rest.cost) if tries else []
+
+
+def _carried(start: Start, known: Mapping[str, float]) -> Start:
+    """A start with the numbers that another law has already, by their symbols or by what they vanish at."""
+    named = {p.symbol: p.symbol if p.symbol in known else str(p.vanishes_at) for p in start.effect.parameters}
+    return replace(start, values={symbol: known.get(named[symbol], value) for symbol, value in start.values.items()})
 
 
 def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:

@@ -14,9 +14,17 @@ from mmt_drake.diagnosis.fit.left_out import gained_by_chance
 from mmt_drake.diagnosis.fit.prepare import scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent
-from mmt_drake.diagnosis.search.minima import at_the_limit, prune, random_restarts, simplify, swap, the_other_friction
+from mmt_drake.diagnosis.search.minima import (
+    at_the_limit,
+    kin,
+    prune,
+    random_restarts,
+    simplify,
+    swap,
+    the_other_friction,
+)
 from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, screen
-from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Seed, Start, added, all_starts, together
+from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Screened, Seed, Start, added, all_starts, together
 from mmt_drake.diagnosis.search.watch import SearchSetup
 
 LEVELS = ("one missing effect", "two missing effects")
@@ -54,54 +62,72 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
     Returns:
         Of each number of effects, from one on: the candidates, best first.
     """
-    problem, library, scales = setup.problem, setup.library, setup.scales
-    levels: list[list[Fitted]] = []
+    problem, watch = setup.problem, setup.watch
+    origins = _origins(problem, base)
+    tries = all_starts(origins, setup.library, setup.scales)
+    watch.begin(LEVELS[0])
+    with watch.within(_SHARE):
+        screened = screen(setup, tries)
+        found = _in_full(setup, screened, base.cost, enough)
+    if not found:
+        return []
+    found = _other_minima(setup, found)
+    singles = best_of_each([*found, *(s.fitted for s in screened)])
+    if enough(found[0]):
+        return [_made_up(setup, tries, singles)]
+    if watch.is_late():
+        watch.miss(["sets of 2 effects"])
+        return [singles]
+    seeds = _seeds([f for f in found if not absent(problem, f)] or found, base.cost)
     is_little = problem.left(base) <= _LITTLE
-    nominal = problem.at(base.hypothesis, base.hypothesis.base())
+    if not seeds or (is_little and _is_chance(problem, base, seeds[:_ASKED], len(singles))):
+        return [singles]
+    best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
+    return _two(setup, origins[0], seeds, singles, best_starts, enough)
+
+
+def _two(
+    setup: SearchSetup,
+    origin: Seed,
+    seeds: Sequence[Fitted],
+    singles: Sequence[Fitted],
+    starts: Mapping[str, Start],
+    enough: Enough,
+) -> list[list[Fitted]]:
+    """Try two effects; the single ones, better where a pair's numbers say how, and the pairs. Arguments as `_beside`"""
+    setup.watch.begin(LEVELS[1])
+    with setup.watch.within(_SHARE):
+        tries = _beside(setup, origin, seeds, singles, starts)
+        screened = screen(setup, tries, kept=_FURTHER_KEPT, sets=_SETS, further=_FURTHER)
+        found = _in_full(setup, screened, min(seed.cost for seed in seeds), enough)
+    if not found:
+        return [list(singles)]
+    if not enough(found[0]):
+        found = swap(setup, found)
+    found = _other_minima(setup, simplify(setup, found))
+    with setup.watch.within(_RESTARTING):
+        singles = _pruned(setup, found[0], singles)
+    return [list(singles), best_of_each([*found, *(s.fitted for s in screened)])]
+
+
+def _origins(problem: Problem, base: Fitted) -> list[Seed]:
+    """The fit of no effect, and the numbers handed in where they cost more, each on parts of the problem."""
     parts = problem.eased(base)
-    origins = Seed.on_parts(base, parts, steps=SETTLING_STEPS)
-    if nominal.cost > _ALIKE * base.cost:
-        origins += Seed.on_parts(nominal, parts)
-    tries = all_starts(origins, library, scales)
-    seeds = [base]
-    best_starts: dict[str, Start] = {}
-    for level, stage in enumerate(LEVELS):
-        setup.watch.begin(stage)
-        with setup.watch.within(_SHARE):
-            if level > 0:
-                tries = _beside(setup, origins[0], seeds, levels[0], best_starts)
-                screened = screen(setup, tries, kept=_FURTHER_KEPT, sets=_SETS, further=_FURTHER)
-            else:
-                screened = screen(setup, tries)
-            if not screened:
-                break
-            if level == 0:
-                best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
-            present = [s for s in screened if not absent(problem, s.fitted)] or screened
-            found = refine(setup, present, min(seed.cost for seed in seeds), enough)
-        if level > 0 and not enough(found[0]):
-            found = swap(setup, found)
-        if level > 0:
-            found = simplify(setup, found)
-        with setup.watch.within(_RESTARTING):
-            found = random_restarts(setup, the_other_friction(setup, at_the_limit(setup, found)))
-        if level > 0:
-            with setup.watch.within(_RESTARTING):
-                levels[-1] = _pruned(setup, found[0], levels[-1])
-        levels.append(best_of_each([*found, *(s.fitted for s in screened)]))
-        if enough(found[0]):
-            if level == 0:
-                levels[-1] = _made_up(setup, tries, levels[-1])
-            break
-        if level + 1 < len(LEVELS) and setup.watch.is_late():
-            setup.watch.miss([f"sets of {level + 2} effects"])
-            break
-        found = [f for f in found if not absent(problem, f)] or found
-        before = min(seeds, key=lambda seed: seed.cost)
-        seeds = _seeds(found, before.cost)
-        if not seeds or (is_little and _is_chance(problem, before, seeds[:_ASKED], len(levels[-1]))):
-            break
-    return levels
+    nominal = problem.at(base.hypothesis, base.hypothesis.base())
+    others = Seed.on_parts(nominal, parts) if nominal.cost > _ALIKE * base.cost else []
+    return [*Seed.on_parts(base, parts, steps=SETTLING_STEPS), *others]
+
+
+def _in_full(setup: SearchSetup, screened: Sequence[Screened], least: float, enough: Enough) -> list[Fitted]:
+    """Of what was screened the promising sets, fitted in full; those that show in the recordings, where any does."""
+    present = [s for s in screened if not absent(setup.problem, s.fitted)] or screened
+    return refine(setup, present, least, enough)
+
+
+def _other_minima(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
+    """The fits with what the best ones become as a simpler law, with the other friction, and moved about."""
+    with setup.watch.within(_RESTARTING):
+        return random_restarts(setup, the_other_friction(setup, kin(setup, at_the_limit(setup, found))))
 
 
 def _beside(

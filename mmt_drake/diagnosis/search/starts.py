@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,6 +27,9 @@ SECOND_STEPS = 3
 _PARTS = (1.0, 0.3, 0.1, 0.03)
 _TURNED = 0.5
 """What a promise counts for where the effect is wanted with the other sign: it takes steps to turn."""
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -196,11 +200,7 @@ def together(starts: Sequence[Start], executor: Executor) -> list[tuple[float, S
     changes = [(start, change) for start, change in slight if change is not None and change.any()]
     near = starts[0].seed.near
     left = _across(near.directions, near.minimum.residual)
-    found = []
-    for (one, a), (other, b) in combinations(changes, 2):
-        span, _ = np.linalg.qr(np.column_stack([a, b]))
-        found.append((_squared(span.T @ left) / near.cost, one, other))
-    return sorted(found, key=lambda pair: -pair[0])
+    return [(taken / near.cost, one, other) for taken, one, other in _taken_by_two(changes, left)]
 
 
 def added(before: Fitted, singles: Iterable[Fitted]) -> list[tuple[float, Fitted, Fitted]]:
@@ -216,11 +216,16 @@ def added(before: Fitted, singles: Iterable[Fitted]) -> list[tuple[float, Fitted
     """
     left = before.minimum.residual
     changes = [(single, single.minimum.residual - left) for single in singles]
+    return [(before.cost - taken, one, other) for taken, one, other in _taken_by_two(changes, left)]
+
+
+def _taken_by_two(changes: Sequence[tuple[T, Array]], residual: Array) -> list[tuple[float, T, T]]:
+    """Of each two changes how much of a residual's square they take in their best amounts, the greatest first."""
     found = []
     for (one, a), (other, b) in combinations(changes, 2):
         span, _ = np.linalg.qr(np.column_stack([a, b]))
-        found.append((_squared(_across(span, left)), one, other))
-    return sorted(found, key=lambda pair: pair[0])
+        found.append((_squared(span.T @ residual), one, other))
+    return sorted(found, key=lambda pair: -pair[0])
 
 
 def all_starts(seeds: Sequence[Seed], library: Iterable[Effect], scales: Scales) -> list[Start]:
