@@ -146,6 +146,14 @@ def test_a_law_is_no_surer_than_its_family_where_beside_kin_it_does_better_than_
     assert held.depth(LIBRARY["stiffness_step"]) == depth
 
 
+@pytest.mark.parametrize(("taken", "depth"), [(2.9, "law"), (3.1, "family")])
+def test_kin_that_take_next_to_nothing_of_what_a_law_does_are_no_third_law(taken, depth) -> None:
+    step, both = frozenset(["stiffness_step"]), frozenset(["stiffness_step", "stiffness_drift"])
+    held = telling("stiffness_step", "stiffness_step stiffness_drift")
+    held = replace(held, chances={step: 0.01, both: 1.0}, left={frozenset(): 110.0, step: 10.0, both: 10.0 - taken})
+    assert held.depth(LIBRARY["stiffness_step"]) == depth
+
+
 @pytest.mark.parametrize(
     ("others", "depth"),
     [

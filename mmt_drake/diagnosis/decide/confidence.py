@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self, get_args
 
-from mmt_drake.diagnosis.decide.depth import AT, Depth, beside_its_kin
+from mmt_drake.diagnosis.decide.depth import AT, SLIGHT, Depth, beside_its_kin
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.free_space import off_in_free_space
 from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
@@ -54,6 +54,7 @@ class ConfidenceSet:
             block is sure against one that says something else.
         drawing: members that hold a simpler one as a special case (`Effect.holds`) and leave next to nothing less than
             it does: they say what that one says, and a little more.
+        left: set of effects -> what its fit leaves of what it has not seen, a sum of squares.
     """
 
     members: tuple[Fitted, ...]
@@ -63,6 +64,7 @@ class ConfidenceSet:
     turning: bool = True
     rivals: tuple[Fitted, ...] = ()
     drawing: frozenset[frozenset[str]] = frozenset()
+    left: Mapping[frozenset[str], float] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -150,6 +152,7 @@ class ConfidenceSet:
             {f.hypothesis.key: chance for f, chance in zip(fits, chances, strict=True)},
             frozenset(fits[i].hypothesis.key for i in standing),
             unsaid,
+            left={f.hypothesis.key: cost for f, cost in zip(fits, costs, strict=True)},
         )
         return found, frozenset(f.hypothesis.key for f, near_least in zip(fits, alike, strict=True) if near_least)
 
@@ -181,10 +184,19 @@ class ConfidenceSet:
         return None
 
     def _beside_kin(self, effect: Effect, depth: Depth) -> Depth | None:
-        """How deep a name may hold where the best member has kin beside it, which chance would hardly put first."""
-        surest = max(self.members, key=lambda f: self.chances[f.hypothesis.key])
-        doubtful = self.chances[self.best().hypothesis.key] < WELL and effect in surest.hypothesis.effects
-        return beside_its_kin(depth, effect, surest.hypothesis.effects) if doubtful else depth
+        """How deep a name may hold where the best member has kin beside it, which chance would hardly put first.
+
+        Kin that take next to nothing of what the effect does draw what has no name, and no third law.
+        """
+        surest, best = max(self.members, key=lambda f: self.chances[f.hypothesis.key]), self.best().hypothesis.key
+        if self.chances[best] >= WELL or effect not in surest.hypothesis.effects:
+            return depth
+        without, named, beside = (
+            self.left.get(key, math.nan) for key in (best - {effect.name}, best, surest.hypothesis.key)
+        )
+        if named - beside < SLIGHT * (without - named):
+            return depth
+        return beside_its_kin(depth, effect, surest.hypothesis.effects)
 
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""
