@@ -37,6 +37,7 @@ EFFECT = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     law=_two_levels,
     replaces="Fc",
+    holds=("coulomb_friction",),  # the same both ways
     equal_to=("coulomb_friction + constant_force",),
     passive=ALWAYS,
     engages=both_ways("sliding_velocity"),

@@ -37,6 +37,7 @@ EFFECT = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
     law=_two_dampers,
     replaces="b",
+    holds=("viscous_friction",),  # the same both ways
     damping=lambda values: max(values["b_plus"], values["b_minus"]),
     passive=ALWAYS,
     engages=both_ways("sliding_velocity"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args
 
 from mmt_drake.effects.passivity import Passive
@@ -152,8 +153,7 @@ class Effect:
             without jump.
         replaces: the common symbol (Fc, b) whose place it takes, if any.
         adds_to: the common symbol that it adds to, if any.
-        holds: effects in other places that are special or limiting cases of it; those in its own place that have
-            fewer numbers are. Numbers of the same symbol are then alike.
+        holds: effects that are special or limiting cases of it. Numbers of the same symbol are then alike.
         equal_to: effects, or sets of effects joined by " + ", that no recording of one axis can tell from it.
         equal_one_way: the same, of a recording whose motion never turns.
         equal_massless: the same, in a body that moves by itself without a mass.
@@ -304,8 +304,9 @@ class Effect:
         """True where numbers within these intervals (symbol -> least, greatest) let the effect do nothing.
 
         It does nothing where every number that says how strongly it acts is at its vanishing value. Those that vanish
-        at a number of the structure that they replace, which may have any value, are then alike; where the law `uses`
-        that number as well, `intervals` has it by its common symbol.
+        at a number of the structure that they replace, which may have any value, are then alike: no two are further
+        apart than their intervals let the difference of two numbers be. Where the law `uses` that number as well,
+        `intervals` has it by its common symbol.
         """
         common: dict[str, list[tuple[float, float]]] = {}
         for p in self.parameters:
@@ -317,7 +318,7 @@ class Effect:
                 common.setdefault(p.vanishes_at, beside).append((low, high))
             elif not (isinstance(p.vanishes_at, float | int) and low <= p.vanishes_at <= high):
                 return False
-        return all(max(low for low, _ in some) <= min(high for _, high in some) for some in common.values())
+        return not any(_are_apart(one, other) for some in common.values() for one, other in combinations(some, 2))
 
     def apply(self, model: Model, values: Values) -> Model:
         """The model with the effect in it.
@@ -351,3 +352,9 @@ _GREATEST = 1e300  # the whole numbers of Python have no end
 
 def _short(value: float) -> str:
     return f"{value:g}" if isinstance(value, float) or abs(value) <= _GREATEST else "a number of hundreds of digits"
+
+
+def _are_apart(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two numbers differ by more than the 95 % interval of a difference, from an interval of each."""
+    (a, half_a), (b, half_b) = ((0.5 * (low + high), 0.5 * (high - low)) for low, high in (one, other))
+    return abs(a - b) > math.hypot(half_a, half_b)

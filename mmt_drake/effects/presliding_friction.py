@@ -83,6 +83,7 @@ EFFECT = Effect(
     inertial=True,
     passive=Passive("sigma1 |Fs - Fc| <= b min(Fs, Fc)", _damped_enough),
     replaces="Fc",
+    holds=("coulomb_friction", "stribeck_friction"),  # bristles that hardly bend
     stiffness=lambda values: values["sigma0"],
     damping=lambda values: values["sigma1"],
     starts=lambda scales: [{"sigma0": level * scales.stiffness} for level in (1.0, 5.0, 25.0)],

@@ -51,6 +51,7 @@ EFFECT = Effect(
     change=_karnopp,
     check=_check,
     replaces="Fc",
+    holds=("coulomb_friction",),  # one that breaks away at the level that it slides at
     passive=ALWAYS,
     starts=_starts,
 )

@@ -38,6 +38,7 @@ EFFECT = Effect(
     uses=("Fc",),
     inertial=True,
     replaces="Fc",
+    holds=("coulomb_friction",),  # one that hardly falls
     passive=ALWAYS,
     # Slower than half of v_s its level falls by less than a quarter: Coulomb friction by another name. Faster than a
     # thousand v_s it has fallen before anything is seen of it: static friction.

@@ -245,9 +245,11 @@ def test_families_are_the_contracts():
         # Both levels at the model's, whichever that is.
         ("asymmetric_friction", {"Fc_plus": (0.2, 0.4), "Fc_minus": (0.3, 0.5)}, True),
         ("asymmetric_friction", {"Fc_plus": (0.2, 0.3), "Fc_minus": (0.4, 0.5)}, False),
+        # The intervals overlap; that of the difference, as wide as hypot(0.1, 0.1), does not reach 0.
+        ("asymmetric_friction", {"Fc_plus": (0.2, 0.4), "Fc_minus": (0.35, 0.55)}, False),
         # Beside the model's own level, which it reads.
         ("stribeck_friction", {"Fs": (0.3, 0.5), "v_s": (0.01, 0.02), "Fc": (0.2, 0.25)}, False),
-        ("stribeck_friction", {"Fs": (0.3, 0.5), "v_s": (0.01, 0.02), "Fc": (0.2, 0.35)}, True),
+        ("stribeck_friction", {"Fs": (0.3, 0.5), "v_s": (0.01, 0.02), "Fc": (0.2, 0.36)}, True),
         # Frequency and phase say how it acts; only its amplitude how strongly.
         ("periodic_disturbance", {"amplitude": (0.0, 0.1), "frequency": (2.0, 2.1), "phase": (1.0, 2.0)}, True),
         ("periodic_disturbance", {"amplitude": (0.1, 0.2), "frequency": (0.0, 9.0), "phase": (-4.0, 4.0)}, False),
