@@ -8,18 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from trial_samples import COULOMB, model, recorded
+from trial_samples import CARRIAGE, COULOMB, cut, model, problem_of, recorded
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagnosis.search.minima import kin, prune, simplify
+from mmt_drake.diagnosis.search.minima import kin, prune, random_restarts, simplify
 from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.screening import screen
 from mmt_drake.diagnosis.search.starts import Seed, Start, added, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Stage, Watch
+from mmt_drake.diagrams.proof.trial.laws import Concealed
+from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession
 from mmt_drake.effects import LIBRARY, Scales
+from mmt_drake.model.driven_model import DrivenBodyModel
 
 NOMINAL = model(k2=480.0, b2=23.0)  # the spring 7 % and the damper 8 % off
 SOME = [LIBRARY[name] for name in ("force_bias", "nonlinear_stiffness", "coulomb_friction", "force_lag")]
@@ -316,3 +319,20 @@ def test_a_law_of_friction_whose_own_starts_end_far_off_is_found_from_the_number
     assert problem.left(taken_for) > 5.0 and problem.left(own[0].fitted) > 50.0
     assert [f.hypothesis.names for f in found] == [("static_friction",), ("stribeck_friction",)]
     assert problem.left(found[0]) < ENOUGH
+
+
+@pytest.mark.parametrize("seed", [18, 33])
+def test_a_body_that_sticks_and_slips_is_fitted_by_way_of_windows(seed):
+    true, law = {"m": 2.3, "b": 6.7, "k": 177.0, "Fc": 1.55}, {"Fs": 2.7, "v_s": 0.0215}
+    whole = DrivenSession(seed, noise=2e-5).record({**CARRIAGE, **true}, (Concealed("stribeck_friction", law),))
+    believed = DrivenBodyModel(**{**true, "Fc": 1.9})
+    problem = problem_of(cut(whole, slice(0, None, 2)), believed)
+    base = problem.fit(Hypothesis(believed, 0.0), Hypothesis(believed, 0.0).base())
+    hypothesis = base.hypothesis.adding(LIBRARY["stribeck_friction"], {})
+    start = base.numbers_for(hypothesis, {"stribeck_friction": {"Fs": 2.6, "v_s": 0.03}})
+    caught = problem.fit(hypothesis, start)
+    with ThreadPoolExecutor(1) as executor:
+        setup = SearchSetup(problem, [], scales_of(problem, base.model), executor, Watch())
+        found = random_restarts(setup, [caught])
+    assert problem.left(caught) > 50.0 and problem.left(found[0]) < ENOUGH
+    assert found[0].effect_values["stribeck_friction"] == pytest.approx(law, rel=0.01)

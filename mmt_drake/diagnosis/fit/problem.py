@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -145,6 +146,11 @@ class Problem:
         first, *others = sorted(open_ones, key=left)[-1:-3:-1]
         chosen = [first, *(track for track in others if left(track) >= _QUIET * left(first))]
         return [replace(self, tracks=(track.eased(),)) for track in chosen]
+
+    def cut(self, count: int) -> Problem | None:
+        """The problem with each recording in so many windows (`Track.cut`); None where nothing is to be cut."""
+        tracks = tuple(track.cut(count) for track in self.tracks)
+        return None if all(map(operator.is_, tracks, self.tracks)) else replace(self, tracks=tracks)
 
     def fit(
         self,

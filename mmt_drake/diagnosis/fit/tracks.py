@@ -148,6 +148,10 @@ class Track(ABC):
         """The track, or what of it is easier to fit at first; its floor is then a guess."""
         return self
 
+    def cut(self, count: int) -> Track:
+        """The track cut into so many windows, if it is one of a body that moves by itself and is not cut yet."""
+        return self
+
     def part(self, heldout: bool) -> Track:
         """The track, or what of it must be simulated for the samples that are held out, or for those that are not."""
         return self
@@ -294,7 +298,7 @@ class DrivenTrack(Track):
         Else of a whole recording the rate, with the noise that white noise within the band would have.
         """
         if len(self.time) > LONG:
-            split = replace(self, window_s=self.window_s or self.windows.length / (2 * WHOLE))
+            split = self.cut(2 * WHOLE)
             fitted = split.windows.scoring(~self.heldout)
             often = min(len(self.time) // LONG + 1, fitted.count // _FEWEST)
             return replace(split, wanted=fitted.every(max(often, 1)).scored)
@@ -302,6 +306,10 @@ class DrivenTrack(Track):
             return self
         top = 2.0 * math.pi * min(self.smoothed.low_pass.band_hz, 0.5 * self.smoothed.rate_hz)
         return replace(self, by_rate=True, floor=self.floor * top / math.sqrt(3.0))
+
+    def cut(self, count: int) -> DrivenTrack:
+        """See `Track.cut`."""
+        return self if self.window_s is not None else replace(self, window_s=self.windows.length / count)
 
     def simulated(self, model: Structure, skew: float = 0.0, coarse: float = COARSE) -> Array:
         """See `Track.simulated`; the input is late, not the output, which only fits where one window follows another.

@@ -21,6 +21,8 @@ _FIRST_STEPS, _TAKEN_ON = 2, 3
 """After so many steps from every move, so many of each set are taken on."""
 _TURNS, _IN_VAIN, _BETTER = 12, 2, 0.9
 """So many turns at most, and so many one after the other that leave more than this part of the variance."""
+_WINDOWS = (48, 24)
+"""A whole recording is cut into so many windows, one after the other, on the way to another minimum."""
 _RUGGED = 2.5
 """RMS of the residual over the noise above which another minimum is sought where there are many ..."""
 _NEAR = 4.0
@@ -136,14 +138,27 @@ def prune(problem: Problem, best: Fitted, executor: Executor) -> list[Fitted]:
 
 
 def random_restarts(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
-    """The best fits that have many minima moved about (`moved_about`); all, best first."""
+    """The best fits that have many minima taken through windows and moved about; all, best first."""
     near = [f for f in found if f.cost <= _NEAR * found[0].cost]
     best = [f for f in near if any(map(_has_events, f.hypothesis.effects))][:_RESTARTED]
     keys = {f.hypothesis.key for f in best}
     rest = [f for f in found if f.hypothesis.key not in keys]
     if min(f.cost for f in found) > _RUGGED**2 * setup.problem.samples():
+        best = list(setup.executor.map(_through_windows, [setup.problem] * len(best), best))
         best = moved_about(setup.problem, best, setup.executor, setup.watch, until=_RUGGED, in_vain=_IN_VAIN)
     return sorted([*best, *rest], key=lambda f: f.cost)
+
+
+def _through_windows(problem: Problem, fitted: Fitted) -> Fitted:
+    """A fit, or a better one by way of ever longer windows: a body that sticks once more or less is lost for good.
+
+    In a window it is not.
+    """
+    found: Fitted | None = fitted
+    parts = [part for count in _WINDOWS if (part := problem.cut(count)) is not None]
+    for part in (*parts, problem) if parts else ():
+        found = found and attempt(part.fit, found.hypothesis, found.x, steps=REFINING_STEPS, secant=True)
+    return fitted if found is None or fitted.cost <= found.cost else found
 
 
 def moved_about(
