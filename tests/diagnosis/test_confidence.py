@@ -10,6 +10,7 @@ from trial_samples import COULOMB, beside, model, named, problem_of, recorded
 
 from mmt_drake.diagnosis.decide import confidence
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, contradicted
+from mmt_drake.diagnosis.fit.floors import noise_kept_out, noise_through
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.tell.outcome import _core, _untried_for
@@ -43,6 +44,12 @@ def test_a_block_left_out_is_what_a_fit_without_it_leaves_of_it(problem: Problem
         there = problem.unchanged(fitted.hypothesis, x).minimum.residual
         assert np.linalg.norm(found[own[:-1]] - there[own]) < 0.05 * np.linalg.norm(there[own])
     assert found @ found > r[:-1] @ r[:-1]  # the fit has followed every block a little
+
+
+def leaving(monkeypatch: pytest.MonkeyPatch, left: Callable[[Problem, Fitted], np.ndarray]) -> None:
+    """With this in the place of what fits leave, the input without noise."""
+    monkeypatch.setattr(confidence, "left_out", left)
+    monkeypatch.setattr(confidence, "noise_kept_out", lambda problem, fits: [0.0] * len(fits))
 
 
 def blocks_of(counts: Sequence[int]) -> np.ndarray:
@@ -108,7 +115,7 @@ def test_no_effect_is_ruled_out_and_a_second_one_is_not_needed(problem: Problem,
 def test_what_takes_less_than_half_off_rules_out_no_effect_but_no_other_name(problem, fits, monkeypatch) -> None:
     wave = 3.0 * np.sin(np.arange(len(problem.blocks())))
     left = {frozenset(): 1.3 * wave, frozenset(("hysteresis",)): 1.3 * wave, frozenset(("coulomb_friction",)): wave}
-    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: left[fitted.hypothesis.key])
+    leaving(monkeypatch, lambda _, fitted: left[fitted.hypothesis.key])
     found = ConfidenceSet.of(problem, [fits[name] for name in ("", "hysteresis", "coulomb_friction")], {})
     assert max(found.chances[frozenset()], found.chances[frozenset(("hysteresis",))]) < confidence.RULED_OUT
     assert {f.hypothesis.key for f in found.members} == {frozenset(("hysteresis",)), frozenset(("coulomb_friction",))}
@@ -121,7 +128,7 @@ def test_a_thousandth_of_what_is_to_be_explained_rules_no_name_out(problem, fits
     refit = 30.0 * best
     other = best * np.sqrt(1.0 + more * (refit @ refit - best @ best) / (best @ best))
     left = {frozenset(): refit, frozenset(("hysteresis",)): other, frozenset(("coulomb_friction",)): best}
-    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: left[fitted.hypothesis.key])
+    leaving(monkeypatch, lambda _, fitted: left[fitted.hypothesis.key])
     found = ConfidenceSet.of(problem, [fits[name] for name in ("", "hysteresis", "coulomb_friction")], {})
     assert found.chances[frozenset(("hysteresis",))] < confidence.RULED_OUT
     assert (frozenset(("hysteresis",)) in found.standing) is stands and frozenset() not in found.standing
@@ -202,7 +209,7 @@ def held_of(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> Callable[[floa
     def of(more: float) -> ConfidenceSet:
         size = np.sqrt(1.0 + more * (refit @ refit - best @ best) / (best @ best))
         left = {(): refit, ("nonlinear_stiffness",): size * best, ("hardening_relaxation",): best}
-        monkeypatch.setattr(confidence, "left_out", lambda _, fitted: left[fitted.hypothesis.names])
+        leaving(monkeypatch, lambda _, fitted: left[fitted.hypothesis.names])
         return ConfidenceSet.of(problem, telling("", "nonlinear_stiffness", "hardening_relaxation").members, {})
 
     return of
@@ -246,7 +253,7 @@ def test_what_few_fitted_blocks_speak_against_is_ruled_out_where_held_out_ones_d
     problem, monkeypatch, unseen, stands
 ) -> None:
     best = np.random.default_rng(0).standard_normal(len(problem.blocks()))
-    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: best if fitted.hypothesis.names else 9.0 * best)
+    leaving(monkeypatch, lambda _, fitted: best if fitted.hypothesis.names else 9.0 * best)
     seen = {True: 1.0, False: 0.05}
     monkeypatch.setattr(confidence, "by_chance", lambda numbers, worse, better, noise: seen[worse is better])
     monkeypatch.setattr(confidence, "chance", lambda problem, before, after, tries: unseen)
@@ -278,7 +285,7 @@ def test_free_space_rules_out_what_misses_its_force_where_no_more_effects_hit_it
 def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fits, monkeypatch) -> None:
     wave = 3.0 * np.sin(np.arange(len(problem.blocks())))
     single = fits["coulomb_friction"]
-    monkeypatch.setattr(confidence, "left_out", lambda _, fitted: wave if fitted.hypothesis.key else 9.0 * wave)
+    leaving(monkeypatch, lambda _, fitted: wave if fitted.hypothesis.key else 9.0 * wave)
     monkeypatch.setattr(confidence, "at_bounds", lambda fitted: () if fitted is single else ("Fc",))
     some = [fits[""], single, fits["hysteresis"], fits["coulomb_friction force_bias"]]
     held = ConfidenceSet.of(problem, some, {f.hypothesis.key: f.hypothesis.key for f in some[2:]})
@@ -336,3 +343,20 @@ def test_the_simpler_law_that_another_may_draw_is_compared_however_it_ranks(besi
     sets = ("asymmetric_friction", "static_friction", "stribeck_friction", "quadratic_drag", "coulomb_friction")
     ranked = telling(*(f"{name}{beside}" for name in sets)).members
     assert ranked[4] in contenders(ranked, 1)
+
+
+def test_a_lag_that_filters_the_noise_of_the_input_does_not_rule_the_delay_out_for_that() -> None:
+    delayed = problem_of(recorded(("time_delay", (("delay", 0.004),)), seconds=12.0), model())
+    start = {"time_delay": {"delay": 0.004}, "force_lag": {"tau": 0.005}}
+    hypotheses = [beside(*names) for names in ((), ("time_delay",), ("force_lag",))]
+    base, delay, lag = fits = [delayed.fit(hypothesis, hypothesis.vector({}, start)) for hypothesis in hypotheses]
+    tracks = delayed.tracks
+    through = ([noise_through(track, f.model, np.random.default_rng(5)) for track in tracks] for f in (delay, lag))
+    gap = sum(
+        replace(delayed, tracks=(track,)).samples() * (a**2 - b**2) / track.floor**2
+        for track, a, b in zip(tracks, *through, strict=True)
+    )
+    kept_out = noise_kept_out(delayed, fits)
+    assert kept_out[1] == 0.0 and kept_out[2] == pytest.approx(gap, rel=0.3) and gap > 5.0
+    found = ConfidenceSet.of(delayed, fits, {})
+    assert found.members[0] is delay and found.chances[base.hypothesis.key] < 1e-3

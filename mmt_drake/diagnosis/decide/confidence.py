@@ -13,12 +13,14 @@ from typing import Self, get_args
 
 from mmt_drake.diagnosis.decide.depth import AT, SLIGHT, Depth, beside_its_kin
 from mmt_drake.diagnosis.fit.comparison import at_bounds
+from mmt_drake.diagnosis.fit.floors import noise_kept_out
 from mmt_drake.diagnosis.fit.free_space import off_in_free_space
 from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent, chance, vanishing
 from mmt_drake.diagnosis.search.equal import always_equal, are_equal, equal_sets, turns
 from mmt_drake.effects.effect import Effect
+from mmt_drake.numeric.arrays import Array
 
 RULED_OUT = 0.01
 """An explanation is ruled out if chance would put the best one so far before it with less than this probability ..."""
@@ -81,7 +83,7 @@ class ConfidenceSet:
             unsaid: as in the attributes; nothing where a set is not in it.
         """
         numbers = problem.blocks()
-        left = [left_out(problem, f) for f in fits]
+        left = _as_noisy(problem, fits)
         costs = [float(r @ r) for r in left]
         best = min(range(len(fits)), key=costs.__getitem__)
         noise = problem.samples() / len(numbers)
@@ -201,6 +203,16 @@ class ConfidenceSet:
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""
         return fitted.hypothesis.key in self.drawing and any(effect.name in e.holds for e in fitted.hypothesis.effects)
+
+
+def _as_noisy(problem: Problem, fits: Sequence[Fitted]) -> list[Array]:
+    """What fits leave of blocks left out, as if each let as much of the input's noise through as the others.
+
+    A lag in the place of a delay filters the noise of a measured velocity: that is no physics.
+    """
+    left = [left_out(problem, f) for f in fits]
+    kept_out = noise_kept_out(problem, fits)
+    return [r * math.sqrt(1.0 + more / float(r @ r)) if more else r for r, more in zip(left, kept_out, strict=True)]
 
 
 def contradicted(problem: Problem, fits: Sequence[Fitted], chances: Sequence[float]) -> list[int]:

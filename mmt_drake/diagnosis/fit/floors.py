@@ -10,12 +10,17 @@ from scipy.signal import lfilter
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.errors import attempt
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.structure import Structure
 
 LEAST_NOISE = 1e-4
 """No model is held to more than this part of what was measured, however little noise there is; of a closed loop, which
 brings the body to its goal whatever the model is, of how far it stays from that."""
+
+_MUCH_MORE = 2.0
+"""So many times the variance that a floor allows for is more of the input's noise than a law without events lets
+through."""
 
 
 def with_floors(tracks: Sequence[Track], model: Structure) -> tuple[Track, ...]:
@@ -59,6 +64,28 @@ def weighed(problem: Problem, fitted: Fitted) -> Problem:
     counts = [math.sqrt(of_all * n / squares) for n, squares in told]
     pairs = zip(recordings, counts, strict=True)
     return replace(problem, tracks=tuple(replace(track, counts=c) for tracks, c in pairs for track in tracks))
+
+
+def noise_kept_out(problem: Problem, fits: Sequence[Fitted]) -> list[float]:
+    """By how much less each fit leaves than others because its model lets less of the input's noise through.
+
+    A sum of squares over the noise, 0 or more, against the one that lets most through. A filter that is not there
+    leaves less of noisy data than the right model does. What lets through much more than the floor allows for sticks
+    and slips: no other one is held to that.
+
+    Args:
+        problem: what was fitted.
+        fits: of the same problem.
+    """
+    kept_out = np.zeros(len(fits))
+    for track in problem.tracks:
+        allowed = _MUCH_MORE * max(track.floor**2 - float(track.smoothed.output_noise[track.column]) ** 2, 0.0)
+        through = (attempt(noise_through, track, fit.model, np.random.default_rng(0)) for fit in fits)
+        squares = np.array([allowed if rms is None else min(rms**2, allowed) for rms in through])
+        most = squares.max(where=squares < allowed, initial=0.0)
+        worth = track.counts**2 * replace(problem, tracks=(track,)).samples() / track.floor**2
+        kept_out += worth * np.maximum(most - squares, 0.0)
+    return kept_out.tolist()
 
 
 def noise_through(track: Track, model: Structure, generator: np.random.Generator) -> float:

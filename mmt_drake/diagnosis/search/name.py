@@ -82,24 +82,23 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
     is_little = problem.left(base) <= _LITTLE
     if not seeds or (is_little and _is_chance(problem, base, seeds[:_ASKED], len(singles))):
         return [singles]
-    best_starts = {s.start.effect.name: s.start for s in reversed(screened)}
-    return _two(setup, origins[0], seeds, singles, best_starts, enough)
+    return _two(setup, origins, screened, seeds, singles, enough)
 
 
 def _two(
     setup: SearchSetup,
-    origin: Seed,
+    origins: Sequence[Seed],
+    screened: Sequence[Screened],
     seeds: Sequence[Fitted],
     singles: Sequence[Fitted],
-    starts: Mapping[str, Start],
     enough: Enough,
 ) -> list[list[Fitted]]:
     """Try two effects; the single ones, better where a pair's numbers say how, and the pairs. Arguments as `_beside`"""
     setup.watch.begin(LEVELS[1])
     with setup.watch.within(_SHARE):
-        tries = _beside(setup, origin, seeds, singles, starts)
-        screened = screen(setup, tries, kept=_FURTHER_KEPT, sets=_SETS, further=_FURTHER)
-        found = _in_full(setup, screened, min(seed.cost for seed in seeds), enough)
+        tries = _beside(setup, origins, screened, seeds, singles)
+        pairs = screen(setup, tries, kept=_FURTHER_KEPT, sets=_SETS, further=_FURTHER)
+        found = _in_full(setup, pairs, min(seed.cost for seed in seeds), enough)
     if not found:
         return [list(singles)]
     if not enough(found[0]):
@@ -107,7 +106,7 @@ def _two(
     found = _other_minima(setup, simplify(setup, found))
     with setup.watch.within(_RESTARTING):
         singles = _pruned(setup, found[0], singles)
-    return [list(singles), best_of_each([*found, *(s.fitted for s in screened)])]
+    return [list(singles), best_of_each([*found, *(s.fitted for s in pairs)])]
 
 
 def _origins(problem: Problem, base: Fitted) -> list[Seed]:
@@ -131,26 +130,38 @@ def _other_minima(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
 
 
 def _beside(
-    setup: SearchSetup, origin: Seed, seeds: Sequence[Fitted], singles: Sequence[Fitted], starts: Mapping[str, Start]
+    setup: SearchSetup,
+    origins: Sequence[Seed],
+    screened: Sequence[Screened],
+    seeds: Sequence[Fitted],
+    singles: Sequence[Fitted],
 ) -> list[Start]:
     """What is tried beside one effect: all beside the first seed, what promises something beside the others.
 
     Args:
         setup: of the search.
-        origin: the fit of no effect.
+        origins: the fit of no effect, and the numbers handed in where they are another origin.
+        screened: single effects as screening left them, from each origin, best first.
         seeds: fits of one effect each.
         singles: all fits of one effect.
-        starts: the best start of each effect alone.
     """
     parts = setup.problem.eased(seeds[0])[:1]
     first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
+    starts = {s.start.effect.name: s.start for s in reversed(screened)}
+    base, *nominal = {id(origin.fitted): origin.fitted for origin in origins}.values()
+    alone = [(base, singles), *((one, _from(one, screened)) for one in nominal)]
     return [
         *all_starts([first], setup.library, setup.scales),
         *_further(others, starts),
         *_at_what_is_left(setup, [first, *others]),
-        *_together(setup, singles, [replace(start, seed=origin) for start in starts.values()]),
-        *_added(setup.problem, origin.fitted, singles),
+        *_together(setup, singles, [replace(start, seed=origins[0]) for start in starts.values()]),
+        *(start for origin, fits in alone for start in _added(setup.problem, origin, fits)),
     ]
+
+
+def _from(origin: Fitted, screened: Sequence[Screened]) -> list[Fitted]:
+    """What screening made of each effect from one origin; best first."""
+    return best_of_each(s.fitted for s in screened if s.start.seed.fitted is origin)
 
 
 def _pruned(setup: SearchSetup, best: Fitted, singles: Sequence[Fitted]) -> list[Fitted]:
