@@ -8,19 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from trial_samples import CARRIAGE, COULOMB, cut, model, problem_of, recorded
+from trial_samples import BASE, CARRIAGE, COULOMB, FORCE_NOISE, cut, model, problem_of, recorded
 
+from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.search.minima import kin, prune, random_restarts, simplify
-from mmt_drake.diagnosis.search.name import LEVELS, search
+from mmt_drake.diagnosis.search.name import LEVELS, _origins, search
 from mmt_drake.diagnosis.search.screening import screen
 from mmt_drake.diagnosis.search.starts import Seed, Start, added, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Stage, Watch
 from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession
+from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.effects import LIBRARY, Scales
 from mmt_drake.model.driven_model import DrivenBodyModel
 
@@ -336,3 +338,16 @@ def test_a_body_that_sticks_and_slips_is_fitted_by_way_of_windows(seed):
         found = random_restarts(setup, [caught])
     assert problem.left(caught) > 50.0 and problem.left(found[0]) < ENOUGH
     assert found[0].effect_values["stribeck_friction"] == pytest.approx(law, rel=0.01)
+
+
+def test_beside_a_fit_that_bounds_hold_the_numbers_handed_in_are_an_origin_whatever_they_cost():
+    true = {"m": 0.3, "k2": 886.0, "b1": 0.0, "b2": 34.0}
+    missing = {"end_stop": {"position": 0.0113, "side": 1.0, "stiffness": 281.0}, "viscous_friction": {"b": 24.0}}
+    session = ContactSession(seed=2, noise=FORCE_NOISE, duration=15.0)
+    recording = session.record({**BASE, **true}, tuple(Concealed(name, values) for name, values in missing.items()))
+    problem = problem_of(recording, model(**true))
+    hypothesis = Hypothesis(model(**true), 0.0)
+    base = problem.fit(hypothesis, hypothesis.base())
+    nominal = problem.at(base.hypothesis, base.hypothesis.base())
+    assert at_bounds(base) == {"m", "k2"} and base.cost < nominal.cost < 1.1 * base.cost
+    assert {origin.fitted.cost for origin in _origins(problem, base)} == {base.cost, nominal.cost}

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.left_out import gained_by_chance
 from mmt_drake.diagnosis.fit.prepare import scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
@@ -46,7 +47,7 @@ _PAIRS, _PROMISED = 4, 0.3
 _ADDED = 12
 """And so many that are expected to leave least by what each did alone."""
 _ALIKE = 1.1
-"""The numbers handed in are a second origin where they cost this much more than the fitted ones."""
+"""The numbers handed in are a second origin where they cost this much more than the fitted ones, or bounds hold these."""
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
@@ -110,10 +111,14 @@ def _two(
 
 
 def _origins(problem: Problem, base: Fitted) -> list[Seed]:
-    """The fit of no effect, and the numbers handed in where they cost more, each on parts of the problem."""
+    """The fit of no effect, and the numbers handed in where they cost more, each on parts of the problem.
+
+    A fit that bounds hold is nowhere in particular: it may cost as much as the numbers that it has left.
+    """
     parts = problem.eased(base)
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
-    others = Seed.on_parts(nominal, parts) if nominal.cost > _ALIKE * base.cost else []
+    is_another = nominal.cost > _ALIKE * base.cost or bool(at_bounds(base))
+    others = Seed.on_parts(nominal, parts) if is_another else []
     return [*Seed.on_parts(base, parts, steps=SETTLING_STEPS), *others]
 
 
