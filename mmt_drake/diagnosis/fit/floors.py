@@ -94,21 +94,21 @@ def noise_through(track: Track, model: Structure, generator: np.random.Generator
     Raises:
         MmtError: a simulation diverges.
     """
-    noisier = _noisier(track, generator)
-    if noisier is track:
+    noisy = noisier(track, generator)
+    if noisy is track:
         return 0.0
-    difference = (noisier.simulated(model) - track.simulated(model)) * track.weight
+    difference = (noisy.simulated(model) - track.simulated(model)) * track.weight
     return math.sqrt(float(difference @ difference) / max(int(np.count_nonzero(track.weight)), 1))
 
 
-def _noisier(track: Track, generator: np.random.Generator) -> Track:
+def noisier(track: Track, generator: np.random.Generator, sign: float = 1.0) -> Track:
     """The track with as much noise again on its input and on what states are fitted to; itself where neither is."""
     s = track.smoothed
     if not isinstance(track, DrivenTrack):
-        return replace(track, smoothed=_noisier_input(s, generator)) if s.input_rate_noise.any() else track
+        return replace(track, smoothed=_noisier_input(s, generator, sign)) if s.input_rate_noise.any() else track
     if not s.input_noise.any() and track.windows.at_rest:
         return track
-    white, own = generator.standard_normal((2, len(s.time), 1))
+    white, own = sign * generator.standard_normal((2, len(s.time), 1))
     smeared = s.low_pass.apply(own, s.rate_hz)
     if not s.input_filter.is_identity:
         white = s.input_filter.apply(white, s.rate_hz)
@@ -118,11 +118,11 @@ def _noisier(track: Track, generator: np.random.Generator) -> Track:
     return replace(track, smoothed=replace(s, **columns, nearby=s.nearby + size * own))
 
 
-def _noisier_input(smoothed: Smoothed, generator: np.random.Generator) -> Smoothed:
+def _noisier_input(smoothed: Smoothed, generator: np.random.Generator, sign: float) -> Smoothed:
     """The recording with as much noise again on its smoothed input."""
     rate = smoothed.rate_hz
     shape = smoothed.input.shape
-    white = generator.standard_normal(shape)
+    white = sign * generator.standard_normal(shape)
     smooth_noise = smoothed.low_pass.apply(white, rate)
     smooth_noise /= np.maximum(smooth_noise.std(axis=0), 1e-300)
     u = smooth_noise * smoothed.input_rate_noise

@@ -47,7 +47,8 @@ _PAIRS, _PROMISED = 4, 0.3
 _ADDED = 12
 """And so many that are expected to leave least by what each did alone."""
 _ALIKE = 1.1
-"""The numbers handed in are a second origin where they cost this much more than the fitted ones, or bounds hold these."""
+"""The numbers handed in are a second origin where they cost so many times as much as the fitted ones, or bounds hold
+these."""
 _WORTH = 0.1
 """A fit is worth adding to if it gained this share of what the best one did."""
 
