@@ -84,6 +84,17 @@ def kin(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     return best_of_each([*found, *others])
 
 
+def from_handed_in(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
+    """The best fits again from the numbers handed in, beside their effects; all, best first.
+
+    Numbers that have made up for what was missing may stay where they are: mass and spring have valleys of their own.
+    """
+    best = found[:_RESTARTED]
+    starts = [(f.hypothesis, f.hypothesis.vector({}, f.effect_values)) for f in best]
+    again = setup.problem.fits(starts, setup.executor, steps=REFINING_STEPS, secant=True)
+    return best_of_each([*found, *again])
+
+
 def the_other_friction(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     """Try the best fits with friction the other one, a vector or one for each axis, if nobody said; all, best first.
 

@@ -17,6 +17,7 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent
 from mmt_drake.diagnosis.search.minima import (
     at_the_limit,
+    from_handed_in,
     kin,
     prune,
     random_restarts,
@@ -132,7 +133,8 @@ def _in_full(setup: SearchSetup, screened: Sequence[Screened], least: float, eno
 def _other_minima(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     """The fits with what the best ones become as a simpler law, with the other friction, and moved about."""
     with setup.watch.within(_RESTARTING):
-        return random_restarts(setup, the_other_friction(setup, kin(setup, at_the_limit(setup, found))))
+        simpler = kin(setup, at_the_limit(setup, from_handed_in(setup, found)))
+        return random_restarts(setup, the_other_friction(setup, simpler))
 
 
 def _beside(
