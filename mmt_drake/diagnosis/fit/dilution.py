@@ -5,6 +5,7 @@ alike, and draws the damper towards less; what goes with the damper follows.
 """
 
 import operator
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,9 @@ _DEAREST = 1.1
 """The numbers without it cost at most this many times as much: more is a step over events, no dilution."""
 _TURNS, _SETTLED = 4, 0.2
 """So many turns at most, until one moves no number by more than this part of all the way."""
+_SCATTER = 0.1
+"""Another draw of the noise has to move the numbers as the first did, but for this part of the cost that both change:
+where bodies stick and slip noise moves them anywhere."""
 _RANK = 1e-9
 
 
@@ -35,28 +39,44 @@ def undiluted(problem: Problem, fitted: Fitted) -> Fitted:
         fitted: the fit, where it ended.
     """
     quick = replace(problem, coarse=max(problem.coarse, COARSE))
-    noisy = [_noisier(quick, sign) for sign in (1.0, -1.0)]
+    noisy, again = (_noisier(quick, seed) for seed in (0, 1))
     if not len(fitted.x) or all(map(operator.is_, noisy[0].tracks, problem.tracks)):
         return fitted
     low, high, _ = fitted.hypothesis.limits(fitted.x)
-    x, slack = fitted.x, None  # what a quick step makes of the minimum itself
+    begun = attempt(_step, quick, fitted.hypothesis, fitted.x)
+    one, other = (_mean_step(some, fitted.hypothesis, fitted.x) for some in (noisy, again))
+    if begun is None or one is None or other is None:
+        return fitted
+    apart, both = (fitted.minimum.jacobian @ way for way in (one - other, one + other - 2.0 * begun))
+    if apart @ apart > _SCATTER * (both @ both):
+        return fitted
+    x = np.clip(fitted.x + begun - 0.5 * (one + other), low, high)
     for _ in range(_TURNS):
-        steps = [attempt(_step, one, fitted.hypothesis, x) for one in (quick, *noisy)]
-        here, *others = (step for step in steps if step is not None)
-        if len(others) < len(noisy):
+        here = attempt(_step, quick, fitted.hypothesis, x)
+        one = _mean_step(noisy, fitted.hypothesis, x)
+        if here is None or one is None:
             return fitted
-        slack = here if slack is None else slack
-        before, x = x, np.clip(x + 2.0 * here - slack - np.mean(others, axis=0), low, high)
+        before, x = x, np.clip(x + 2.0 * here - begun - one, low, high)
         if np.all(np.abs(x - before) <= _SETTLED * np.abs(x - fitted.x)):
             break
     found = attempt(problem.at, fitted.hypothesis, x)
     return found if found is not None and found.cost <= _DEAREST * fitted.cost else fitted
 
 
-def _noisier(problem: Problem, sign: float) -> Problem:
-    """A problem with as much noise again on its input; one for all tracks would be no noise of theirs."""
-    generator = np.random.default_rng(0)
-    return replace(problem, tracks=tuple(noisier(track, generator, sign) for track in problem.tracks))
+def _noisier(problem: Problem, seed: int) -> list[Problem]:
+    """A problem with as much noise again on its input, and with the same noise of the other sign."""
+    problems = []
+    for sign in (1.0, -1.0):
+        generator = np.random.default_rng(seed)
+        problems.append(replace(problem, tracks=tuple(noisier(track, generator, sign) for track in problem.tracks)))
+    return problems
+
+
+def _mean_step(problems: Sequence[Problem], hypothesis: Hypothesis, x: Array) -> Array | None:
+    """The mean of the steps of some problems from the same numbers; None where one cannot be simulated."""
+    steps = [attempt(_step, problem, hypothesis, x) for problem in problems]
+    known = [step for step in steps if step is not None]
+    return np.asarray(np.mean(known, axis=0)) if len(known) == len(steps) else None
 
 
 def _step(problem: Problem, hypothesis: Hypothesis, x: Array) -> Array:
