@@ -1,0 +1,53 @@
+"""Noise of the input draws a damper towards less: what is delivered is free of that, and of nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from trial_samples import BASE, beside, model, problem_of, recorded
+
+from mmt_drake.diagnosis.fit.dilution import undiluted
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.recording import Recording
+
+POSITION_NOISE = 2e-5
+
+
+def noisy(recording: Recording, size: float, seed: int = 0) -> Recording:
+    """The recording, its positions as a worse sensor reads them."""
+    generator = np.random.default_rng(seed)
+    columns = {name: values for name, values in recording.columns.items() if not name.startswith("velocity")}
+    for name in (f"position_{axis}" for axis in "xyz"):
+        columns[name] = columns[name] + size * generator.standard_normal(len(recording.time))
+    return replace(recording, columns=columns)
+
+
+def fitted_to(recording: Recording) -> tuple[Problem, Fitted]:
+    problem, hypothesis = problem_of(recording, model()), beside()
+    return problem, problem.fit(hypothesis, hypothesis.base())
+
+
+def test_a_damper_that_noise_has_weakened_is_as_strong_as_it_was() -> None:
+    """Against the object's own numbers: over many draws of the noise the mean error nearly goes."""
+    errors = []
+    for seed in range(4):
+        problem, fitted = fitted_to(noisy(recorded(seed=seed, seconds=12.0), POSITION_NOISE, seed))
+        free = undiluted(problem, fitted)
+        errors.append([f.structure_values["b2"] / BASE["b2"] - 1.0 for f in (fitted, free)])
+    before, after = np.mean(errors, axis=0)
+    assert before < -0.02 and abs(after) < 0.3 * abs(before)
+
+
+def test_a_fit_of_an_input_without_noise_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, fitted = fitted_to(recorded(seed=3, seconds=10.0))
+    smoothed = [replace(t.smoothed, input_rate_noise=0.0 * t.smoothed.input_rate_noise) for t in problem.tracks]
+    tracks = tuple(replace(t, smoothed=s) for t, s in zip(problem.tracks, smoothed, strict=True))
+    assert undiluted(replace(problem, tracks=tracks), fitted) is fitted
+
+
+def test_where_noise_decides_what_sticks_nothing_is_taken_out() -> None:
+    recording = recorded(("static_friction", (("Fd", 0.3), ("Fs", 2.0), ("v_d", 0.01))), seed=4)
+    problem, hypothesis = problem_of(recording, model()), beside("static_friction")
+    start = hypothesis.vector({}, {"static_friction": {"Fd": 0.3, "Fs": 2.0, "v_d": 0.01}})
+    fitted = problem.fit(hypothesis, start)
+    assert undiluted(problem, fitted) is fitted
