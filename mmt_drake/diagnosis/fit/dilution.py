@@ -39,12 +39,11 @@ def undiluted(problem: Problem, fitted: Fitted) -> Fitted:
         fitted: the fit, where it ended.
     """
     quick = replace(problem, coarse=max(problem.coarse, COARSE))
-    noisy, again = (_noisier(quick, seed) for seed in (0, 1))
+    noisy, again = (_noisy_either_way(quick, seed) for seed in (0, 1))
     if not len(fitted.x) or all(map(operator.is_, noisy[0].tracks, problem.tracks)):
         return fitted
     low, high, _ = fitted.hypothesis.limits(fitted.x)
-    begun = attempt(_step, quick, fitted.hypothesis, fitted.x)
-    one, other = (_mean_step(some, fitted.hypothesis, fitted.x) for some in (noisy, again))
+    begun, one, other = (_mean_step(some, fitted.hypothesis, fitted.x) for some in ([quick], noisy, again))
     if begun is None or one is None or other is None:
         return fitted
     apart, both = (fitted.minimum.jacobian @ way for way in (one - other, one + other - 2.0 * begun))
@@ -52,8 +51,7 @@ def undiluted(problem: Problem, fitted: Fitted) -> Fitted:
         return fitted
     x = np.clip(fitted.x + begun - 0.5 * (one + other), low, high)
     for _ in range(_TURNS):
-        here = attempt(_step, quick, fitted.hypothesis, x)
-        one = _mean_step(noisy, fitted.hypothesis, x)
+        here, one = (_mean_step(some, fitted.hypothesis, x) for some in ([quick], noisy))
         if here is None or one is None:
             return fitted
         before, x = x, np.clip(x + 2.0 * here - begun - one, low, high)
@@ -63,7 +61,7 @@ def undiluted(problem: Problem, fitted: Fitted) -> Fitted:
     return found if found is not None and found.cost <= _DEAREST * fitted.cost else fitted
 
 
-def _noisier(problem: Problem, seed: int) -> list[Problem]:
+def _noisy_either_way(problem: Problem, seed: int) -> list[Problem]:
     """A problem with as much noise again on its input, and with the same noise of the other sign."""
     problems = []
     for sign in (1.0, -1.0):

@@ -96,7 +96,7 @@ def _two(
     singles: Sequence[Fitted],
     enough: Enough,
 ) -> list[list[Fitted]]:
-    """Try two effects; the single ones, better where a pair's numbers say how, and the pairs. Arguments as `_beside`"""
+    """Try two effects: the single ones, better where a pair's numbers say how, and the pairs. See `_beside`."""
     setup.watch.begin(LEVELS[1])
     with setup.watch.within(_SHARE):
         tries = _beside(setup, origins, screened, seeds, singles)
@@ -131,7 +131,7 @@ def _in_full(setup: SearchSetup, screened: Sequence[Screened], least: float, eno
 
 
 def _other_minima(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
-    """The fits with what the best ones become as a simpler law, with the other friction, and moved about."""
+    """The fits with what the best ones become from other numbers, as simpler laws and as their kin; best first."""
     with setup.watch.within(_RESTARTING):
         simpler = kin(setup, at_the_limit(setup, from_handed_in(setup, found)))
         return random_restarts(setup, the_other_friction(setup, simpler))
