@@ -74,6 +74,16 @@ def test_the_stretch_around_a_moment_is_released_and_no_other(exact, hidden):
     assert released(exact, [exact.unchanged(CHANGED, numbers(sum(fitted) / 2.0))]) is exact
 
 
+def test_a_stretch_in_which_the_moment_may_as_well_be_is_released_too(exact):
+    start, end = stretches(exact, heldout=True)[1]
+    changed = problem_of(with_change(0.5 * (start + end)), EXACT)
+    just_before = changed.unchanged(CHANGED, numbers(start - 1e-3))
+    far_before = changed.unchanged(CHANGED, numbers(start - 0.5))
+    assert just_before.cost < far_before.cost - 100.0
+    assert (start, end) not in stretches(released(changed, [just_before]), heldout=True)
+    assert released(changed, [far_before]) is changed
+
+
 def test_the_last_stretch_is_never_released(exact, hidden):
     track = exact.tracks[0]
     inside = np.zeros_like(track.heldout)

@@ -4,12 +4,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import Track
+from mmt_drake.errors import attempt
 from mmt_drake.numeric.arrays import Array
 
+_AS_WELL = 4.0
+"""An event may as well be where the cost is no more than that from its own: two standard deviations of its time."""
 _COARSELY, _FINELY = 60, 10
 """At how many times in the recording, and then between the best one and its neighbours, it is tried."""
 
@@ -31,26 +35,46 @@ def at_best_times(problem: Problem, hypothesis: Hypothesis, x: Array) -> Array:
 def released(problem: Problem, fits: Iterable[Fitted]) -> Problem:
     """The problem with what is held out around an event given to what is fitted, if other data are still held out.
 
-    Where something happens once in a stretch that nothing was fitted to, nothing else tells when: the fit cannot
-    foresee it, and the stretch cannot be held against it.
+    Where something happens once in a stretch that nothing was fitted to, or may as well have happened in that as just
+    beside it, nothing else tells when: the fit cannot foresee it, and the stretch cannot be held against it.
 
     Args:
         problem: as it was searched.
         fits: which may have events.
     """
-    times = [float(f.x[i]) for f in fits for i in _event_times(f.hypothesis)]
+    times = [time for f in fits for i in _event_times(f.hypothesis) for time in _possible(problem, f, i)]
     tracks = tuple(_released(track, times) for track in problem.tracks)
     if all(a is b for a, b in zip(tracks, problem.tracks, strict=True)):
         return problem
     return replace(problem, tracks=tracks)
 
 
+def _possible(problem: Problem, fitted: Fitted, i: int) -> list[float]:
+    """The event time at `i`, and one in each stretch next to it that is held out, where that costs hardly more."""
+    times = [float(fitted.x[i])]
+    here = problem.cost(fitted.hypothesis, fitted.x)
+    for track in problem.tracks:
+        edges, stretch = _stretch(track, times[0])
+        for beside in (stretch - 1, stretch + 1):
+            if 0 <= beside < len(edges) - 1 and track.heldout[edges[beside]]:
+                middle = float(track.time[(edges[beside] + edges[beside + 1]) // 2] - track.time[0])
+                moved = np.array([*fitted.x[:i], middle, *fitted.x[i + 1 :]])
+                cost = attempt(problem.cost, fitted.hypothesis, moved)
+                times += [middle] if cost is not None and abs(cost - here) <= _AS_WELL else []
+    return times
+
+
+def _stretch(track: Track, time: float) -> tuple[NDArray[np.intp], int]:
+    """Where stretches that are held out and such that are not begin and end, and in which a time is."""
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(track.heldout)) + 1, [len(track.heldout)]])
+    at = int(np.searchsorted(track.time - track.time[0], time))
+    return edges, int(np.searchsorted(edges, at, side="right")) - 1
+
+
 def _released(track: Track, times: Iterable[float]) -> Track:
     heldout = track.heldout.copy()
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(track.heldout)) + 1, [len(heldout)]])
     for time in times:
-        at = int(np.searchsorted(track.time - track.time[0], time))
-        stretch = int(np.searchsorted(edges, at, side="right")) - 1
+        edges, stretch = _stretch(track, time)
         if 0 <= stretch < len(edges) - 1:
             heldout[edges[stretch] : edges[stretch + 1]] = False
     if not np.any(heldout & (track.weight > 0.0)) or np.array_equal(heldout, track.heldout):
