@@ -17,7 +17,7 @@ from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.errors import attempt
 from mmt_drake.numeric.arrays import Array
 
-_DEAREST = 1.1
+_DEAREST = 1.05
 """The numbers without it cost at most this many times as much: more is a step over events, no dilution."""
 _TURNS, _SETTLED = 4, 0.2
 """So many turns at most, until one moves no number by more than this part of all the way."""
