@@ -16,6 +16,7 @@ from mmt_drake.diagnosis.decide.confirm import is_confirmed
 from mmt_drake.diagnosis.decide.delivered import agreed, outstanding
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
+from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.event_times import released
 from mmt_drake.diagnosis.fit.hypothesis import FARTHEST
 from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
@@ -207,11 +208,11 @@ class _LawSession(DiagnosisSession):
         if judgement.learned is None and self._is_short() and nothing_stands:
             return refused(self.prepared, self.model, _TOO_LITTLE)
         handed_in = fine.at(refit.hypothesis, refit.hypothesis.base())
-        ruler = self.ruler(fine)
-        best = handed_in if ruler.of(self.model) < ruler.of(refit.model) else refit  # a refit may predict worse
+        free, ruler = undiluted(fine, refit), self.ruler(fine)
+        best = handed_in if ruler.of(self.model) < ruler.of(free.model) else free  # a refit may predict worse
         judgement = replace(judgement, best=best, shares=self.shares(fine, best))
         if nothing_stands and judgement.learned is None and not judgement.untried:
-            changed = best is refit and bool(document.parameters(refit, intervals(fine, refit)))
+            changed = best is free and bool(document.parameters(free, intervals(fine, free)))
             left = standard.left(handed_in), standard.left(refit)
             verdict = gate.without_names(judgement.shares, *left, changed)
             if verdict == "no_mismatch":
@@ -239,7 +240,7 @@ class _LawSession(DiagnosisSession):
             least, ruler = min((standard.heldout(f) for f in tried), default=math.inf), self.ruler(standard.problem)
             # In the band that was fitted, and over all that was recorded.
             better = standard.heldout(learned.fitted) < least and ruler.of(learned.fitted.model) < ruler.of(best.model)
-            learned = learned if better else None
+            learned = replace(learned, fitted=undiluted(standard.problem, learned.fitted)) if better else None
         return replace(judgement, learned=learned, shapes=shapes)
 
     def _named(
@@ -271,10 +272,12 @@ class _LawSession(DiagnosisSession):
         verdict = self.verdict_on(best, refit, standard, shares)
         if verdict == "unexplained":
             return None
+        is_asked = sure and standard.left(best) > TRY_MORE
+        bent = other_curves(standard.problem, best, self.executor) if is_asked else frozenset()
+        if (free := undiluted(standard.problem, best)) is not best:
+            best, shares = free, self.shares(standard.problem, free, fits)
         ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]
-        if not sure:
-            return replace(nothing, verdict="ambiguous", best=best, shares=shares, ranked=ranked)
-        bent = other_curves(standard.problem, best, self.executor) if standard.left(best) > TRY_MORE else frozenset()
+        verdict = verdict if sure else "ambiguous"
         return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked, bent=bent)
 
     def _enough(self, problem: Problem, standard: NoiseReference, fitted: Fitted) -> bool:

@@ -9,6 +9,7 @@ from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.verdict import Verdict
+from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.floors import weighed, with_floors
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
@@ -61,13 +62,14 @@ class DiagnosisSession(ABC):
         nominal, refit = fit_base(fine, self.model, skew, self.executor, refit)
         standard = NoiseReference.of(fine)
         verdict = gate.without_physics(standard.left(nominal), standard.left(refit))
-        if verdict == "parameters" and not document.parameters(refit, intervals(fine, refit)):
+        free = undiluted(fine, refit) if verdict == "parameters" else refit
+        if verdict == "parameters" and not document.parameters(free, intervals(fine, free)):
             verdict = "no_mismatch"
         if verdict == "parameters" and (refused := self.refused_at_bounds(refit)) is not None:
             return refused
         if verdict is None:
             return self.searched(problem, standard, refit)
-        best = nominal if verdict == "no_mismatch" else refit
+        best = nominal if verdict == "no_mismatch" else free
         return self.told(Judgement(verdict, standard, refit, best, self.shares(fine, best)))
 
     @abstractmethod

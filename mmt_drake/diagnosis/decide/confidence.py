@@ -112,8 +112,7 @@ class ConfidenceSet:
             No interval shows a number that has no end.
             """
             own = leaves[fitted.hypothesis.key]
-            least = float(own @ own)
-            slight = least + NEXT_TO_NOTHING * max(without - least, 0.0)
+            slight = float(own @ own) + _next_to_nothing(without, float(own @ own))
             held = [leaves[one.hypothesis.key] for one in near if _holds(fitted, one)]
             return any(r @ r <= slight and by_chance(numbers, r, own, noise) >= WELL for r in held)
 
@@ -141,7 +140,7 @@ class ConfidenceSet:
         """
         least = min(costs)
         without = _without_effects(fits, costs)
-        beyond, slight = max(least - noise, 0.0), NEXT_TO_NOTHING * (without - least)
+        beyond, slight = max(least - noise, 0.0), _next_to_nothing(without, least)
         near = least + max((ALIKE - 1.0) * beyond, min(max(RIGHT * beyond, noise), slight))
         alike = [
             bool(f.hypothesis.effects) and c <= max(near, least + slight) for f, c in zip(fits, costs, strict=True)
@@ -240,6 +239,11 @@ def contradicted(problem: Problem, fits: Sequence[Fitted], chances: Sequence[flo
 def _without_effects(fits: Sequence[Fitted], costs: Sequence[float]) -> float:
     """What a fit of no effect leaves, of what each leaves; 0 where there is none."""
     return max((cost for f, cost in zip(fits, costs, strict=True) if not f.hypothesis.effects), default=0.0)
+
+
+def _next_to_nothing(without: float, least: float) -> float:
+    """What is next to nothing of what an explanation takes, from what is left without effects and with it."""
+    return NEXT_TO_NOTHING * max(without - least, 0.0)
 
 
 def _with_unseen(problem: Problem, fitted: Fitted, best: Fitted, seen: float) -> float:

@@ -51,17 +51,20 @@ def released(problem: Problem, fits: Iterable[Fitted]) -> Problem:
 
 def _possible(problem: Problem, fitted: Fitted, i: int) -> list[float]:
     """The event time at `i`, and one in each stretch next to it that is held out, where that costs hardly more."""
-    times = [float(fitted.x[i])]
-    here = problem.cost(fitted.hypothesis, fitted.x)
+    own = float(fitted.x[i])
+    middles: dict[float, None] = {}
     for track in problem.tracks:
-        edges, stretch = _stretch(track, times[0])
+        edges, stretch = _stretch(track, own)
         for beside in (stretch - 1, stretch + 1):
             if 0 <= beside < len(edges) - 1 and track.heldout[edges[beside]]:
-                middle = float(track.time[(edges[beside] + edges[beside + 1]) // 2] - track.time[0])
-                moved = np.array([*fitted.x[:i], middle, *fitted.x[i + 1 :]])
-                cost = attempt(problem.cost, fitted.hypothesis, moved)
-                times += [middle] if cost is not None and abs(cost - here) <= _AS_WELL else []
-    return times
+                middles[float(track.time[(edges[beside] + edges[beside + 1]) // 2] - track.time[0])] = None
+    here = problem.cost(fitted.hypothesis, fitted.x) if middles else 0.0
+
+    def may_be(time: float) -> bool:
+        cost = attempt(problem.cost, fitted.hypothesis, np.array([*fitted.x[:i], time, *fitted.x[i + 1 :]]))
+        return cost is not None and abs(cost - here) <= _AS_WELL
+
+    return [own, *filter(may_be, middles)]
 
 
 def _stretch(track: Track, time: float) -> tuple[NDArray[np.intp], int]:

@@ -19,7 +19,6 @@ from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.fit.comparison import at_bounds
-from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.fit.validate import intervals, within_reach_of_nothing
@@ -137,8 +136,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         model: the model handed in.
         judgement: what was found.
     """
-    problem, named = judgement.standard.problem, judgement.named
-    delivered = undiluted(problem, judgement.delivered)
+    problem, named, delivered = judgement.standard.problem, judgement.named, judgement.delivered
     ruler = Ruler(prepared, problem)
     ranked, believed = judgement.ranked, judgement.believed
     nothing = judgement.verdict == "no_mismatch"
