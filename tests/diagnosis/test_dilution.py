@@ -6,20 +6,22 @@ import numpy as np
 import pytest
 from trial_samples import BASE, beside, model, problem_of, recorded
 
+from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.recording import Recording
+from mmt_drake.recording.check import completed
 
 POSITION_NOISE = 2e-5
 
 
 def noisy(recording: Recording, size: float, seed: int = 0) -> Recording:
-    """The recording, its positions as a worse sensor reads them."""
+    """The recording, its positions as a worse sensor reads them, and no velocity but theirs."""
     generator = np.random.default_rng(seed)
     columns = {name: values for name, values in recording.columns.items() if not name.startswith("velocity")}
     for name in (f"position_{axis}" for axis in "xyz"):
         columns[name] = columns[name] + size * generator.standard_normal(len(recording.time))
-    return replace(recording, columns=columns)
+    return completed(recording.time, columns, "noisy")
 
 
 def fitted_to(recording: Recording) -> tuple[Problem, Fitted]:
@@ -51,3 +53,16 @@ def test_where_noise_decides_what_sticks_nothing_is_taken_out() -> None:
     start = hypothesis.vector({}, {"static_friction": {"Fd": 0.3, "Fs": 2.0, "v_d": 0.01}})
     fitted = problem.fit(hypothesis, start)
     assert undiluted(problem, fitted) is fitted
+
+
+def test_what_noise_did_to_a_damper_is_no_wrong_parameter_and_numbers_handed_in_stay() -> None:
+    outcome = diagnose([noisy(recorded(seed=1, seconds=12.0), POSITION_NOISE)], model(), library=[])
+    assert outcome.diagnosis.verdict == "no_mismatch" and not outcome.diagnosis.parameters
+    assert outcome.best is not None and outcome.best.structure_values["b2"] == BASE["b2"]
+
+
+def test_a_damper_that_is_wrong_is_told_as_strong_as_it_is() -> None:
+    said = diagnose([noisy(recorded(seed=1, seconds=12.0), 5e-6)], model(b2=23.0), library=[]).diagnosis
+    assert said.verdict == "parameters" and set(said.parameters) == {"b2"}
+    low, high = said.parameters["b2"].ci95
+    assert low <= BASE["b2"] <= high
