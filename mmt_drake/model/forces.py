@@ -165,16 +165,16 @@ def _compiled_numbers(p: Any) -> Any:
 @njit(error_model="numpy", forceinline=True)
 def constants(p: Array) -> Constants:
     """A kernel vector in plain numbers."""
-    address, has_memory, rubs, across = 0, False, False, p[GAP] != 0.0
+    address, has_memory, across = 0, False, p[GAP] != 0.0
+    smooth = p[FS] == 0.0 and p[FD] == 0.0
     if p[LAWS] != 0.0:
         address = p.ctypes.data
         has_memory = remembers(address, LAW_TABLE)
         first, end = entries_of(_FRICTION, _FRICTION, address, LAW_TABLE)
-        rubs = first != end
+        smooth = smooth and first == end
         across = across or read_the_plane(address, LAW_TABLE)
-    smooth = p[FS] == 0.0 and p[FD] == 0.0 and not rubs
     planar = p[PLANAR] != 0.0
-    flags = (has_memory, rubs, smooth, planar and (across or not smooth), planar and across)
+    flags = (has_memory, smooth, planar and (across or not smooth), planar and across)
     own = _numbers(p)
     normal = (-1.0, 0.0) if p[NORMAL_AXIS] != 0.0 else (p[NORMAL_K], p[NORMAL_B])
     numbers = (*own[:NORMAL_K], *normal, *own[_BEHIND_NORMAL:], address, 1.0 / p[M], *flags)
@@ -254,6 +254,14 @@ def knowledge(body: BodyMotion, stretch: Stretch, s: float, around: Surroundings
 @njit(error_model="numpy", forceinline=True)
 def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants, other: Beside) -> Forces:
     """The forces on a body s [s] after the first sample."""
+    return forces_in_plane(body, body.v, s, around, p, other)
+
+
+@njit(error_model="numpy", forceinline=True)
+def forces_in_plane(
+    body: BodyMotion, rubbing: float, s: float, around: Surroundings, p: Constants, other: Beside
+) -> Forces:
+    """`forces` on one axis of a body whose laws of friction look at another velocity: it slides that fast [m/s]."""
     stretch = deflection(body.x, body.v, s, around, p, other)
     drive = -p.b1 * body.v
     if p.driven:
@@ -269,7 +277,7 @@ def forces(body: BodyMotion, s: float, around: Surroundings, p: Constants, other
     if p.laws == 0:
         return Forces(drive, p.Fd, p.Fs, p.inverse_mass, NOTHING, 0.0)
     at = knowledge(body, stretch, s, around, p, other)
-    return _with_laws(drive, at, body.q, other.q, around.contact, p)
+    return _with_laws(drive, at, rubbing, body.q, other.q, around.contact, p)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -279,9 +287,16 @@ def _driven_by(force: float, at: At) -> At:
     return At(at.t, at.x, at.v, at.d, at.d_rate, load, at.direction, force, at.normal_force, at.h, 0.0, 0.0, 0.0)
 
 
+@njit(error_model="numpy", forceinline=True)
+def _at_velocity(at: At, v: float) -> At:
+    """The knowledge of laws of friction about a body that slides fast in another direction, too."""
+    before, behind = (at.t, at.x), (at.d, at.d_rate, at.load, at.direction, at.force, at.normal_force, at.h)
+    return At(*before, v, *behind, at.v_across, at.d_across, at.d_rate_across)
+
+
 @njit(error_model="numpy")
-def _with_laws(drive: float, at: At, q: Memory, across: Memory, contact: bool, p: Constants) -> Forces:
-    """The forces with what all laws add, each evaluated once."""
+def _with_laws(drive: float, at: At, rubbing: float, q: Memory, across: Memory, contact: bool, p: Constants) -> Forces:
+    """The forces with what all laws add, each evaluated once; those of friction at the velocity `rubbing`."""
     sliding, hold, mass, decay = p.Fd, p.Fs, p.m, 0.0
     r0, r1, r2, r3 = NOTHING
     spring = -1.0 if p.driven else 1.0  # on the body, counted along its deflection
@@ -290,7 +305,8 @@ def _with_laws(drive: float, at: At, q: Memory, across: Memory, contact: bool, p
         slot = slot_of(p.laws, entry)
         if slot == _CONTACT and not contact:
             continue
-        value, second, third, rate = evaluate(p.laws, entry, at, q, across)
+        known = _at_velocity(at, rubbing) if slot == _FRICTION else at
+        value, second, third, rate = evaluate(p.laws, entry, known, q, across)
         share = share_of(p.laws, entry)
         value *= share
         if slot == _DRIVE:

@@ -201,6 +201,9 @@ def law(
     return lambda function: Law(function, slot, remembers, order, every_axis, in_plane, stored)
 
 
+_SOONER_OR_LATER = (0.0, 0.1, 1.0, 10.0, 100.0)  # [s]
+
+
 @dataclass(frozen=True)
 class ActiveLaw:
     """A law with its numbers in a model.
@@ -221,6 +224,15 @@ class ActiveLaw:
     damping: float = 0.0
     lightens: float = 0.0
     curve: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def pushes_at_rest(self) -> bool:
+        """Whether it pushes, sooner or later, a body at rest on a spring without deflection; one with a curve may."""
+        if self.law.slot in (Slot.FRICTION, Slot.INERTIA, Slot.SENSOR):
+            return False
+        p = (*self.values, *(0.0 for _ in range(LAW_PARAMETERS - len(self.values))))
+        rest, nothing = [0.0] * (len(At._fields) - 1), (0.0, 0.0, 0.0, 0.0)
+        return bool(self.curve) or any(self.law(At(t, *rest), nothing, p)[0] != 0.0 for t in _SOONER_OR_LATER)
 
 
 MOST_REMEMBERING = 2

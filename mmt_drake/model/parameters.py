@@ -37,7 +37,6 @@ class Constants(NamedTuple):
             and normal_b 0. 0: the normal axis is a spring and a damper alone, and the sensor is not askew.
         inverse_mass: of the body alone [1/kg].
         remembers: a law on the body has a memory.
-        rubs: there are laws of friction.
         smooth: there is no set-valued friction.
         coupled: what one tangential axis does depends on the other, by its friction or by what looks across.
         looks_across: the clearance, or a law, looks at the other axis.
@@ -69,7 +68,6 @@ class Constants(NamedTuple):
     laws: int
     inverse_mass: float
     remembers: bool
-    rubs: bool
     smooth: bool
     coupled: bool
     looks_across: bool
@@ -241,6 +239,11 @@ class FlexibleBoxModel(Structure):
         depends = any(active.law.slot == Slot.FRICTION or active.law.in_plane for active in self.additions.laws)
         depends = depends or self.additions.gap > 0.0 or self._acting_friction.Fs > 0.0
         return self.in_plane != "per_axis" and depends
+
+    @property
+    def pushed_at_rest(self) -> bool:
+        """True where laws push the body along an axis in which it rests, the tip where it touched."""
+        return any(active.pushes_at_rest for active in self.additions.laws)
 
     def kernel_vector(self, max_step: float = math.inf) -> Array:
         """The vector that the compiled functions read: (KERNEL_SIZE,), and the table of laws if there are any.

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from numba import njit
 
 from mmt_drake.model.body import BISECTIONS, limited, pull_at_rest, short_at_edge
-from mmt_drake.model.forces import Beside, BodyMotion, Surroundings, beside, forces
+from mmt_drake.model.forces import Beside, BodyMotion, Surroundings, beside, forces_in_plane
 from mmt_drake.model.hermite import cubic, position_at, velocity_at
 from mmt_drake.model.laws import Memory, norm
 from mmt_drake.model.memory import after_step, between, moved
@@ -44,12 +44,9 @@ class Pushed(NamedTuple):
 
 @njit(error_model="numpy", forceinline=True)
 def _pushed(body: BodyMotion, other: Beside, speed: float, s: float, around: Surroundings, p: Constants) -> Pushed:
-    acting = forces(body, s, around, p, other)
-    level = acting.sliding
-    if p.rubs:
-        along = math.copysign(speed, body.mode)
-        level = forces(BodyMotion(body.x, along, body.mode, body.q), s, around, p, other).sliding
-    return Pushed(acting.drive * acting.inverse_mass, level * acting.inverse_mass, acting.rates, acting.decay)
+    acting = forces_in_plane(body, math.copysign(speed, body.mode), s, around, p, other)
+    braking = acting.sliding * acting.inverse_mass
+    return Pushed(acting.drive * acting.inverse_mass, braking, acting.rates, acting.decay)
 
 
 @njit(error_model="numpy", forceinline=True)

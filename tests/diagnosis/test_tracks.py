@@ -1,4 +1,4 @@
-"""Longer steps of a search, and of a fit of noisy forces, are off by far less than the noise."""
+"""What makes a replay fast is off by far less than the noise: longer steps, and an axis without the other."""
 
 from dataclasses import replace
 
@@ -29,6 +29,7 @@ def test_longer_steps_beside_friction_in_the_plane_are_off_by_a_tenth_of_the_noi
     hypothesis = beside(*effects, nominal=plain)
     what = hypothesis.model(hypothesis.vector({}, effects))
     prepared = prepare([recorded(COULOMB, seed=3)], plain)
+    monkeypatch.setattr(box_tracks, "_STILL", 0.0)  # the probe moves along one axis: replay the other one, too
     assert prepared.fine is not None and prepared.problem is not None
     for problem, coarse in ((prepared.problem, COARSE), (prepared.fine, 1.0)):
         track = max((t for t in problem.tracks if isinstance(t, BoxTrack)), key=lambda t: float(np.std(t.measured)))
@@ -39,3 +40,35 @@ def test_longer_steps_beside_friction_in_the_plane_are_off_by_a_tenth_of_the_noi
         longer = track.replay(what, coarse)[0]
         error = np.sqrt(np.mean((longer - accurate) ** 2))
         assert error < 0.1 * track.floor and (error > 0.0 or plain is SMOOTH)  # they are longer where a body may stick
+
+
+@pytest.mark.parametrize(
+    ("effects", "aside"),
+    [
+        ({}, False),
+        ({"stribeck_friction": {"Fs": 0.6, "v_s": 0.02}}, False),
+        ({"dahl_friction": {"Fc": 0.3, "sigma": 3e3}}, False),
+        ({"hunt_crossley_damping": {"lambda": 2e3}}, False),
+        ({"constant_force": {"F": 0.5}}, True),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, dict) else "",
+)
+def test_an_axis_is_replayed_without_the_other_where_the_probe_stands_along_it_and_nothing_pushes(
+    effects, aside, monkeypatch
+):
+    plain = SMOOTH if "dahl_friction" in effects else VECTOR
+    hypothesis = beside(*effects, nominal=plain)
+    what = hypothesis.model(hypothesis.vector({}, effects))
+    problem = prepare([recorded(COULOMB, seed=3)], plain).problem
+    assert problem is not None
+    track = max((t for t in problem.tracks if isinstance(t, BoxTrack)), key=lambda t: float(np.std(t.measured)))
+    planes = []
+    plane = box_tracks.replay_plane
+    monkeypatch.setattr(box_tracks, "replay_plane", lambda *a: planes.append(plane(*a)))
+    force, _ = track.replay(what, 1.0)
+    assert bool(planes) == aside
+    monkeypatch.setattr(box_tracks, "_STILL", 0.0)
+    before, slightly = len(planes), replace(what, normal=replace(what.normal, k=what.normal.k * (1.0 + 1e-12)))
+    with_other, _ = replace(track).replay(slightly, 1.0)  # the very same is kept from before
+    assert len(planes) == before + 1
+    assert np.sqrt(np.mean((force - with_other) ** 2)) < 0.1 * track.floor

@@ -20,6 +20,9 @@ from mmt_drake.numeric.arrays import Array
 NORMAL_COLUMN = 2
 """Of the outputs of a contact: the force along the surface normal."""
 
+_STILL = 0.01
+"""Of the motion along an axis of the plane: along the other one there is no more than this, which nobody feels."""
+
 _latest = LatestReplay()
 
 
@@ -98,10 +101,20 @@ class _OfBox(Track):
 class BoxTrack(_OfBox):
     """A tangential axis of a flexible box."""
 
+    def _is_alone(self, model: FlexibleBoxModel) -> bool:
+        """Whether there is no other axis, or nothing moves the body along it: it then does nothing to this one."""
+        return self.smoothed.kind != "contact" or (self._stands_across and not model.pushed_at_rest)
+
+    @cached_property
+    def _stands_across(self) -> bool:
+        """Whether along the other tangential axis the probe as good as stands still in contact."""
+        way = np.std(self.smoothed.input[self.smoothed.in_contact, :2], axis=0)
+        return bool(way[1 - self.column] < _STILL * way[self.column])
+
     def _replayed(self, model: Structure, coarse: float, late: float) -> Replayed:
         s, i, model = self.smoothed, self.column, _box(model, self.smoothed)
         p = coarsened(model.kernel_vector(), coarse, s.rate_hz, self._is_noisy)
-        both = s.kind == "contact" and (model.couples or any(model.additions.turn))
+        both = any(model.additions.turn) or (model.couples and not self._is_alone(model))
         force, body, body_rate = (
             values[i if both else 0] for values in _tangential(s, [0, 1] if both else [i], model, p)
         )
