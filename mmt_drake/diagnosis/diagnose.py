@@ -270,7 +270,9 @@ class _LawSession(DiagnosisSession):
         if standard.gain(refit, best) < gate.GAIN or not confirmed:
             return None
         verdict = self.verdict_on(best, refit, standard, shares)
-        if verdict == "unexplained":
+        # Explanations that differ by their block may all draw something else; equals say the same.
+        differs = not sure and not believed.has_equal(best)
+        if verdict == "unexplained" or (differs and gate.leaves_much(shares)):
             return None
         is_asked = sure and standard.left(best) > TRY_MORE
         bent = other_curves(standard.problem, best, self.executor) if is_asked else frozenset()

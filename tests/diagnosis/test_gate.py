@@ -19,6 +19,7 @@ from mmt_drake.diagnosis.decide.gate import (
     REMAINS,
     WHOLE,
     NoiseReference,
+    leaves_much,
     ranked,
     with_physics,
     without_names,
@@ -116,6 +117,15 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
     parts = {"parameters": 0.05, "coulomb_friction": named, "nameless": nameless, "noise": 0.0}
     shares = [BudgetPart(part, share) for part, share in parts.items()]
     assert with_physics(left, shares, of_refit) == verdict
+
+
+@pytest.mark.parametrize(
+    ("named", "nameless", "much"), [((0.3,), 0.16, True), ((0.3,), 0.14, False), ((0.2, 0.1), 0.14, False)]
+)
+def test_what_has_no_name_is_much_beside_all_effects_where_it_may_be_the_better_half(named, nameless, much):
+    effects = [BudgetPart(f"effect {i}", share) for i, share in enumerate(named)]
+    rest = {"parameters": 1.0 - nameless - sum(named), "shared": 0.0, "nameless": nameless, "noise": 0.0}
+    assert leaves_much([*effects, *(BudgetPart(*part) for part in rest.items())]) == much
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mmt_drake.diagnosis.decide.budget import NAMELESS as NAMELESS_PART
-from mmt_drake.diagnosis.decide.budget import NO_EFFECTS, NOISE, BudgetPart
+from mmt_drake.diagnosis.decide.budget import NO_EFFECTS, NOISE, SHARED, BudgetPart
+from mmt_drake.diagnosis.decide.depth import is_much
 from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 
@@ -129,14 +130,22 @@ def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> 
         shares: its budget.
         of_refit: what part the effects take off what a refit leaves beyond the noise, on held-out data.
     """
-    nameless, noise = _share(shares, NAMELESS_PART), _share(shares, NOISE)
-    named = math.fsum(part.share for part in shares if part.part not in NO_EFFECTS)
+    nameless, noise, named = _share(shares, NAMELESS_PART), _share(shares, NOISE), _named(shares)
     # Noise that counts in the budget may hide a rest of its size: within the band, where it is small, that would stand.
     is_all = nameless <= NAMELESS and of_refit >= WHOLE and (noise <= NAMELESS or left <= REMAINS)
     if left <= NOTHING_LEFT or is_all:
         return "missing_physics"
     is_part = (named >= NAMED and of_refit >= LEAST) or of_refit >= OF_REFIT
     return "partly_explained" if is_part else "unexplained"
+
+
+def leaves_much(shares: Sequence[BudgetPart]) -> bool:
+    """Whether what nobody has named may be the better half of something else than all effects together."""
+    return is_much(_share(shares, NAMELESS_PART), _named(shares) + _share(shares, SHARED))
+
+
+def _named(shares: Sequence[BudgetPart]) -> float:
+    return math.fsum(part.share for part in shares if part.part not in NO_EFFECTS)
 
 
 def _share(shares: Sequence[BudgetPart], name: str) -> float:
