@@ -5,11 +5,12 @@ import pickle
 
 import numpy as np
 import pytest
-from responses import MODELS, PLACES, SOME, applied, respond
+from responses import MODELS, PLACES, SOME, TIME, applied, respond
 from scipy.optimize import least_squares
 
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model import flexible_box
 from mmt_drake.model.parameters import MAX_STEP
 
 #: The contract's table: names in its order, blocks, and what must be said of each.
@@ -92,6 +93,17 @@ def test_at_its_vanishing_value_it_changes_nothing(name, structure):
 def test_it_changes_the_response_where_it_is_there(name, structure):
     nominal = respond(MODELS[structure], to=name)
     assert np.abs(respond(applied(MODELS[structure], name), to=name) - nominal).max() > 0.02 * nominal.std()
+
+
+@pytest.mark.parametrize("name", [name for name, structure in PLACES if structure == "flexible_box"])
+def test_a_body_under_a_tip_at_rest_moves_only_where_the_model_says_that_something_pushes_it(name):
+    model = applied(MODELS["flexible_box"].with_value("Fc", 0.05), name)
+    n = len(TIME)
+    position, force, body = np.tile([0.02, -0.01, -0.004], (n, 1)), np.empty((n, 3)), np.empty((n, 4))
+    flexible_box.replay(TIME, position, np.zeros((n, 3)), np.ones(n), model.kernel_vector(), force, body)
+    moves = bool(np.abs(body).max() > 1e-9)
+    assert not moves or model.pushed_at_rest
+    assert moves or not model.pushed_at_rest or LIBRARY[name].law is None or name in LEARNED  # a curve may
 
 
 def says_passive(name, structure):
