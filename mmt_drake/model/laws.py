@@ -202,6 +202,7 @@ def law(
 
 
 _SOONER_OR_LATER = (0.0, 0.1, 1.0, 10.0, 100.0)  # [s]
+_NOTHING = (0.0, 0.0, 0.0, 0.0)  # remembered
 
 
 @dataclass(frozen=True)
@@ -227,12 +228,20 @@ class ActiveLaw:
 
     @property
     def pushes_at_rest(self) -> bool:
-        """Whether it pushes, sooner or later, a body at rest on a spring without deflection; one with a curve may."""
+        """Whether it pushes, sooner or later, a body at rest under a load, its spring without deflection.
+
+        One with a curve may, and one that is not defined there.
+        """
         if self.law.slot in (Slot.FRICTION, Slot.INERTIA, Slot.SENSOR):
             return False
+        if self.curve:  # which stands in a kernel vector: a call without one would read anywhere
+            return True
         p = (*self.values, *(0.0 for _ in range(LAW_PARAMETERS - len(self.values))))
-        rest, nothing = [0.0] * (len(At._fields) - 1), (0.0, 0.0, 0.0, 0.0)
-        return bool(self.curve) or any(self.law(At(t, *rest), nothing, p)[0] != 0.0 for t in _SOONER_OR_LATER)
+        rest = At(**(dict.fromkeys(At._fields, 0.0) | {"load": 1.0}))
+        try:
+            return any(self.law(rest._replace(t=t), _NOTHING, p)[0] != 0.0 for t in _SOONER_OR_LATER)
+        except (ArithmeticError, ValueError):
+            return True
 
 
 MOST_REMEMBERING = 2

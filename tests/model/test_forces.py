@@ -123,3 +123,34 @@ def test_steps_of_1_ms_at_200_mm_s_are_short_only_where_they_may_reach_the_edge_
         probe = Cubic(0.01 + ANCHOR + edge + away, 0.2, 0.0, 0.0)
         assert shortened(1e-3, still, (probe, HEIGHT, ANCHOR, True, START), p) == short
         assert not shortened(1e-3, still, (probe, HEIGHT, ANCHOR, False, START), p)
+
+
+@law(Slot.BODY)
+def leans(at, q, p):
+    return p[0] * at.load, 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY)
+def begins(at, q, p):
+    return (p[0] if at.t > p[1] else 0.0), 0.0, 0.0, 0.0
+
+
+@law(Slot.BODY)
+def divides(at, q, p):
+    return p[0] * at.v / abs(at.v), 0.0, 0.0, 0.0
+
+
+@pytest.mark.parametrize(
+    ("active", "pushes"),
+    [
+        (ActiveLaw(leans, (0.2,)), True),
+        (ActiveLaw(begins, (0.2, 5.0)), True),
+        (ActiveLaw(divides, (0.2,)), True),  # nobody can say
+        (ActiveLaw(pulls, (11.0,)), False),
+        (ActiveLaw(stretches, (30.0,)), False),
+        (ActiveLaw(rubs, (0.2, 0.6)), False),
+        (ActiveLaw(misreads, ()), False),
+    ],
+)
+def test_a_law_pushes_at_rest_if_it_does_so_at_any_time_under_a_load(active, pushes):
+    assert active.pushes_at_rest == pushes
