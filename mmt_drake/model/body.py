@@ -13,7 +13,6 @@ from numba import njit
 
 from mmt_drake.model.forces import (
     ALONE,
-    NOTHING,
     Beside,
     BodyMotion,
     Forces,
@@ -27,7 +26,7 @@ from mmt_drake.model.forces import (
 )
 from mmt_drake.model.hermite import Cubic, cubic, position_at, velocity_at
 from mmt_drake.model.law_table import ENTRY, entries_of, evaluate, memory_of
-from mmt_drake.model.laws import At, Memory, Slot, norm
+from mmt_drake.model.laws import NOTHING, At, Memory, Slot, norm
 from mmt_drake.model.memory import after_step, between, moved, read_memory, write_memory
 from mmt_drake.model.parameters import LAW_TABLE, Constants
 from mmt_drake.numeric.arrays import Array

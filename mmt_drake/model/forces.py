@@ -28,7 +28,7 @@ from mmt_drake.model.law_table import (
     slot_of,
     stored_by,
 )
-from mmt_drake.model.laws import At, Memory, Slot, norm
+from mmt_drake.model.laws import NOTHING, At, Memory, Slot, norm
 from mmt_drake.model.parameters import (
     FD,
     FS,
@@ -46,8 +46,6 @@ from mmt_drake.numeric.arrays import Array, fixed_tuple
 
 # Slots as plain numbers, for the kernels.
 _DRIVE, _BODY, _CONTACT, _FRICTION, _INERTIA, _SENSOR = (int(slot) for slot in Slot)
-NOTHING = (0.0, 0.0, 0.0, 0.0)
-"""An empty memory."""
 
 
 class Spring(NamedTuple):

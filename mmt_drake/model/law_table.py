@@ -13,6 +13,7 @@ from mmt_drake.model.laws import (
     AT_TYPE,
     CURVE_LENGTH,
     LAW_PARAMETERS,
+    NOTHING,
     NUMBERS_TYPE,
     OWN_TYPE,
     RESULT_TYPE,
@@ -148,7 +149,7 @@ def stored_by(vector: int, entry: int, at: At, q: Memory, across: Memory) -> flo
 @njit(error_model="numpy")
 def _called(address: int, vector: int, entry: int, at: At, q: Memory, across: Memory) -> Result:
     k = memory_of(vector, entry)
-    own = (0.0, 0.0, 0.0, 0.0)
+    own = NOTHING
     if k == 0:
         own = (q[0], q[1], across[0], across[1])
     elif k == 2:

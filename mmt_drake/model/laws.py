@@ -37,6 +37,8 @@ from numba.extending import intrinsic
 
 Memory = tuple[float, float, float, float]
 """Of all laws on a body, or of all in a sensor."""
+NOTHING = (0.0, 0.0, 0.0, 0.0)
+"""An empty memory."""
 Own = tuple[float, float, float, float]
 """q of a law: its own part of the memory, then the same of the other axis of the plane."""
 Numbers = tuple[float, ...]
@@ -202,7 +204,6 @@ def law(
 
 
 _SOONER_OR_LATER = (0.0, 0.1, 1.0, 10.0, 100.0)  # [s]
-_NOTHING = (0.0, 0.0, 0.0, 0.0)  # remembered
 
 
 @dataclass(frozen=True)
@@ -239,7 +240,7 @@ class ActiveLaw:
         p = (*self.values, *(0.0 for _ in range(LAW_PARAMETERS - len(self.values))))
         rest = At(**(dict.fromkeys(At._fields, 0.0) | {"load": 1.0}))
         try:
-            return any(self.law(rest._replace(t=t), _NOTHING, p)[0] != 0.0 for t in _SOONER_OR_LATER)
+            return any(self.law(rest._replace(t=t), NOTHING, p)[0] != 0.0 for t in _SOONER_OR_LATER)
         except (ArithmeticError, ValueError):
             return True
 
