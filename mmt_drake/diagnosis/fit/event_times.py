@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import Track
-from mmt_drake.errors import attempt
 from mmt_drake.numeric.arrays import Array
 
 _AS_WELL = 4.0
@@ -61,8 +60,8 @@ def _possible(problem: Problem, fitted: Fitted, i: int) -> list[float]:
     here = problem.cost(fitted.hypothesis, fitted.x) if middles else 0.0
 
     def may_be(time: float) -> bool:
-        cost = attempt(problem.cost, fitted.hypothesis, np.array([*fitted.x[:i], time, *fitted.x[i + 1 :]]))
-        return cost is not None and abs(cost - here) <= _AS_WELL
+        cost = problem.cost(fitted.hypothesis, np.array([*fitted.x[:i], time, *fitted.x[i + 1 :]]))
+        return abs(cost - here) <= _AS_WELL
 
     return [own, *filter(may_be, middles)]
 
