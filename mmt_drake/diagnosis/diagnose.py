@@ -186,7 +186,7 @@ class _LawSession(DiagnosisSession):
         first = contenders(found, CONTENDERS)
         polished = [f for f in self.polish(fine, first) if f is not None]
         believed = ConfidenceSet.of(
-            fine, [refit, *polished], {f.hypothesis.key: not_to_be_named(fine, f) for f in polished}
+            fine, [refit, *polished], {f.hypothesis.key: not_to_be_named(fine, refit, f) for f in polished}
         )
         others = (attempt(fine.unchanged, f.hypothesis, f.x) for f in found[: document.MOST_LISTED] if f not in first)
         known = [*gate.ranked(fine, polished), *(f for f in others if f is not None)]

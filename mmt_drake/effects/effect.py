@@ -356,5 +356,7 @@ def _short(value: float) -> str:
 
 def _are_apart(one: tuple[float, float], other: tuple[float, float]) -> bool:
     """Whether two numbers differ by more than the 95 % interval of a difference, from an interval of each."""
+    if not all(map(math.isfinite, (*one, *other))):
+        return False
     (a, half_a), (b, half_b) = ((0.5 * (low + high), 0.5 * (high - low)) for low, high in (one, other))
     return abs(a - b) > math.hypot(half_a, half_b)

@@ -120,9 +120,11 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
 
 
 @pytest.mark.parametrize(
-    ("named", "nameless", "much"), [((0.3,), 0.16, True), ((0.3,), 0.14, False), ((0.2, 0.1), 0.14, False)]
+    ("named", "nameless", "much"), [((0.4,), 0.11, True), ((0.4,), 0.09, False), ((0.2, 0.2), 0.09, False)]
 )
-def test_what_has_no_name_is_much_beside_all_effects_where_it_may_be_the_better_half(named, nameless, much):
+def test_what_has_no_name_is_much_beside_effects_that_may_stand_for_one_another_from_a_quarter_on(
+    named, nameless, much
+):
     effects = [BudgetPart(f"effect {i}", share) for i, share in enumerate(named)]
     rest = {"parameters": 1.0 - nameless - sum(named), "shared": 0.0, "nameless": nameless, "noise": 0.0}
     assert leaves_much([*effects, *(BudgetPart(*part) for part in rest.items())]) == much

@@ -11,6 +11,7 @@ from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.tell.result import Diagnosis
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model_files import parse_model
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.check import completed
 from mmt_drake.simulation import simulate
 
@@ -48,6 +49,30 @@ def test_friction_and_an_offset_cannot_be_told_apart(effect: Mapping[str, Any]) 
 def test_stiffness_and_relaxation_need_no_turn(effects: Sequence[Mapping[str, Any]]) -> None:
     found = diagnosed(effects)
     assert {(e.name, e.certain) for e in found.effects} == {(e["name"], "law") for e in effects}
+
+
+DROPPED, DROP = np.arange(45) / 15.0, -0.5 * 9.81 * (np.arange(45) / 15.0) ** 2
+BALL = {"structure": "driven_body", "parameters": {"m": 0.5}, "gravity": {"kind": "constant", "value": 9.81}}
+
+
+def dropped(height: Array, noise: float) -> Diagnosis:
+    """What the whole library makes of one fall before a camera of 15 Hz."""
+    seen = height + np.random.default_rng(1).normal(0.0, noise, len(height))
+    return diagnose(
+        [completed(DROPPED, {"input": 0.0 * DROPPED, "output": seen}, "drop")], parse_model(BALL, "")
+    ).diagnosis
+
+
+def test_what_falls_once_is_drag_though_laws_with_more_numbers_draw_it_too() -> None:
+    rate = 0.4  # b/m [1/s]
+    found = dropped(-9.81 / rate**2 * (rate * DROPPED - 1.0 + np.exp(-rate * DROPPED)), 0.03)
+    assert [(e.name, e.certain) for e in found.effects] == [("viscous_friction", "law")]
+
+
+def test_a_lens_that_bends_a_fall_is_no_law() -> None:
+    """A force, and a mass that changes, would draw it: any curve with as many numbers does."""
+    bent = DROP * (1.0 - 0.03 * DROP / DROP.min() + 0.05 * (DROP / DROP.min()) ** 2)
+    assert dropped(bent, 0.01).verdict == "unexplained"
 
 
 def test_drag_of_what_falls_is_known_beside_the_mass_that_was_handed_in() -> None:

@@ -57,7 +57,7 @@ def test_what_is_delivered_is_the_simplest_that_is_not_ruled_out() -> None:
 def test_what_stands_beside_it_is_said_to_say_no_more_or_something_else() -> None:
     assert told(STRIBECK) == "Not ruled out. Stribeck friction does as well here as Coulomb friction."
     assert told(BESIDE) == "Not ruled out. But force bias is not needed beside Coulomb friction: simpler does as well."
-    assert "asymmetric friction may as well do nothing of its own" in told(ASYMMETRIC)
+    assert "asymmetric friction must not be named: it may do nothing of its own" in told(ASYMMETRIC)
 
 
 def test_what_is_ruled_out_is_told_with_its_chance() -> None:

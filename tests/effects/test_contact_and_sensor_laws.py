@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from responses import applied
 
+from mmt_drake.effects import LIBRARY
+from mmt_drake.errors import BadInput
 from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 
@@ -216,3 +218,10 @@ def test_a_table_is_read_linearly_and_held_at_its_ends(of, expected):
     extra = force(x, v, load, tabulated_force=table) - plain
     curve = lambda signal: np.interp(signal, at, value)  # noqa: E731
     np.testing.assert_allclose(extra, expected(curve, x, v, load, plain), atol=1e-12)
+
+
+def test_only_a_spring_that_is_there_softens():
+    softening = {"k3": -1e3}
+    assert LIBRARY["nonlinear_stiffness"].checked(softening, KelvinVoigt(k=K, b=B), "") == softening
+    with pytest.raises(BadInput, match="k3: found -1000, expected 0 or more"):
+        LIBRARY["nonlinear_stiffness"].checked(softening, KelvinVoigt(b=B), "effects")

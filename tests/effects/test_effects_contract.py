@@ -1,6 +1,7 @@
 """The promises of every effect of the library, in every structure that has its block."""
 
 import importlib
+import math
 import pickle
 
 import numpy as np
@@ -262,12 +263,15 @@ def test_families_are_the_contracts():
         # Beside the model's own level, which it reads.
         ("stribeck_friction", {"Fs": (0.3, 0.5), "v_s": (0.01, 0.02), "Fc": (0.2, 0.25)}, False),
         ("stribeck_friction", {"Fs": (0.3, 0.5), "v_s": (0.01, 0.02), "Fc": (0.2, 0.36)}, True),
+        # Nothing is known of one of the two.
+        ("stribeck_friction", {"Fs": (-math.inf, math.inf), "v_s": (0.01, 0.02), "Fc": (0.2, 0.36)}, True),
         # Frequency and phase say how it acts; only its amplitude how strongly.
         ("periodic_disturbance", {"amplitude": (0.0, 0.1), "frequency": (2.0, 2.1), "phase": (1.0, 2.0)}, True),
         ("periodic_disturbance", {"amplitude": (0.1, 0.2), "frequency": (0.0, 9.0), "phase": (-4.0, 4.0)}, False),
         ("second_mode", {"m2": (0.1, 0.2), "k": (0.0, 9.0), "b": (0.0, 1.0)}, False),
     ],
 )
+@pytest.mark.filterwarnings("error")
 def test_an_interval_that_holds_the_vanishing_value_is_seen(name, intervals, may):
     assert LIBRARY[name].may_vanish(intervals) is may
 

@@ -16,6 +16,7 @@ from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.floors import noise_kept_out
 from mmt_drake.diagnosis.fit.free_space import off_in_free_space
 from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
+from mmt_drake.diagnosis.fit.one_pass import may_be_any_curve
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent, chance, vanishing
 from mmt_drake.diagnosis.search.equal import always_equal, are_equal, equal_sets, turns
@@ -305,12 +306,17 @@ def _exchanged(one: Fitted, other: Fitted) -> list[tuple[Effect, Effect]]:
     return [(own.pop(), instead.pop())] if len(own) == len(instead) == 1 else []
 
 
-def not_to_be_named(problem: Problem, fitted: Fitted) -> frozenset[str]:
+def not_to_be_named(problem: Problem, refit: Fitted, fitted: Fitted) -> frozenset[str]:
     """Effects of a fit that must not be named, though it may rule out others.
 
-    All of them where a bound made the fit what it is; those that may as well be nothing; and those that do not happen
-    within the recordings.
+    All of them where a bound made the fit what it is, or where any curve would draw the same; those that may as well be
+    nothing; and those that do not happen within the recordings.
+
+    Args:
+        problem: what was fitted.
+        refit: the fit without effects.
+        fitted: the fit with them.
     """
-    if at_bounds(fitted):
+    if at_bounds(fitted) or may_be_any_curve(problem, refit, fitted, RULED_OUT):
         return fitted.hypothesis.key
     return vanishing(problem, fitted) | absent(problem, fitted)

@@ -49,11 +49,6 @@ AT: dict[Depth, Callable[[Placed], tuple[str, str]]] = {
 """What two effects have in common that are the same at a depth."""
 
 
-def is_much(nameless: float, share: float) -> bool:
-    """Whether what nobody has named may be the better half of something else than what has this share."""
-    return nameless > MOST_BESIDE_A_FAMILY * share
-
-
 def beside_the_nameless(
     depth: Depth | None, share: float, nameless: float, may_be_all: bool, shared: float = 0.0
 ) -> Depth | None:
@@ -67,7 +62,7 @@ def beside_the_nameless(
             the value at which it does nothing, or a free curve over what it depends on says clearly more.
         shared: what the effect and the parameters take together, in the budget.
     """
-    if depth is not None and is_much(nameless, share + shared):
+    if depth is not None and nameless > MOST_BESIDE_A_FAMILY * (share + shared):
         return "block"
     return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
 

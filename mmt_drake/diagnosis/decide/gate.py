@@ -10,7 +10,6 @@ import numpy as np
 
 from mmt_drake.diagnosis.decide.budget import NAMELESS as NAMELESS_PART
 from mmt_drake.diagnosis.decide.budget import NO_EFFECTS, NOISE, SHARED, BudgetPart
-from mmt_drake.diagnosis.decide.depth import is_much
 from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 
@@ -31,6 +30,9 @@ NAMED, OF_REFIT = 0.2, 0.5
 """Effects explain a part of it if they have this share, or take this part off what a refit leaves ..."""
 LEAST = 0.3
 """... and this at least: a share that other numbers would have taken as well is none."""
+MUCH_BESIDE_THE_UNSURE = 0.25
+"""Effects of different blocks that may stand for one another are no answer if nobody has named more than this part of
+what they take: each may be no more than the law that comes nearest to one outside the library."""
 SIGNIFICANT = 0.01
 """Of what is named, on blocks that no choice has seen."""
 
@@ -140,8 +142,8 @@ def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> 
 
 
 def leaves_much(shares: Sequence[BudgetPart]) -> bool:
-    """Whether what nobody has named may be the better half of something else than all effects together."""
-    return is_much(_share(shares, NAMELESS_PART), _named(shares) + _share(shares, SHARED))
+    """Whether what nobody has named is much beside what effects take that may stand for one another."""
+    return _share(shares, NAMELESS_PART) > MUCH_BESIDE_THE_UNSURE * (_named(shares) + _share(shares, SHARED))
 
 
 def _named(shares: Sequence[BudgetPart]) -> float:

@@ -28,7 +28,11 @@ def left_out(problem: Problem, fitted: Fitted) -> Array:
     """
     low, high, scale = fitted.hypothesis.limits(fitted.x)
     free = (fitted.x > low + 1e-9 * scale) & (fitted.x < high - 1e-9 * scale)
-    jacobian, residual = fitted.minimum.jacobian[:, free], fitted.minimum.residual
+    return left_out_linear(problem, fitted.minimum.jacobian[:, free], fitted.minimum.residual)
+
+
+def left_out_linear(problem: Problem, jacobian: Array, residual: Array) -> Array:
+    """The same from the derivatives (n + 1, q) of an objective (n + 1,) at its minimum, its last row that of clocks."""
     size = np.linalg.norm(jacobian, axis=0)
     jacobian = jacobian[:, size > 0.0] / size[size > 0.0]
     information, slope = jacobian.T @ jacobian, jacobian.T @ residual

@@ -60,7 +60,7 @@ def nameless_laws(problem: Problem, fitted: Fitted) -> list[Array]:
         return []
     result, problem = [], replace(problem, coarse=max(problem.coarse, COARSE))
     for of, at in table_signals(problem, fitted.model, VARYING, _FINE):
-        moved = attempt(_moved, problem, fitted, of, at)
+        moved = attempt(moved_by_table, problem, fitted, of, at)
         if moved is not None and np.isfinite(moved).all() and moved.any():
             result += [moved @ _root(np.array(at), kind) for kind in VARYING[of]]
     return result
@@ -101,8 +101,16 @@ def _knots(values: Array, count: int) -> Array:
     return 0.5 * (quantiles + np.linspace(quantiles[0], quantiles[-1], count))
 
 
-def _moved(problem: Problem, fitted: Fitted, of: str, at: Sequence[float]) -> Array:
-    """(n, q) derivatives of the objective after the values of a table, all of them 0."""
+def moved_by_table(problem: Problem, fitted: Fitted, of: str, at: Sequence[float], part: float = 1.0) -> Array:
+    """(n, q) derivatives of the objective after the values of a table, all of them 0.
+
+    Args:
+        problem: what was fitted.
+        fitted: the fit.
+        of: of `SIGNALS`.
+        at: the knots of the table.
+        part: of how far the model is off the step moves the output.
+    """
     hypothesis = fitted.hypothesis
 
     def moved(i: int, step: float) -> Array:
@@ -114,8 +122,8 @@ def _moved(problem: Problem, fitted: Fitted, of: str, at: Sequence[float]) -> Ar
     still = problem.objective_at(hypothesis, fitted.x)
     step = problem.left(fitted) * float(np.mean([track.floor for track in problem.tracks]))
     size = float(np.linalg.norm(moved(len(at) // 2, step)))
-    if size > 0.0:  # a step that moves the output as far as the model is off
-        step = math.sqrt(fitted.cost) / size
+    if size > 0.0:
+        step = part * math.sqrt(fitted.cost) / size
     return np.column_stack([moved(i, step) for i in range(len(at))])
 
 

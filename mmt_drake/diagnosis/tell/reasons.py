@@ -74,8 +74,8 @@ class Reasons:
         extra, lacking = _apart(fitted, named)
         unsaid = believed.unsaid.get(fitted.hypothesis.key, frozenset())
         if unsaid:
-            said = "may as well do nothing of its own, or does not happen in these recordings"
-            return f"But {_many(unsaid, said, said)}."
+            may = "must not be named: {} may do nothing of {} own, not happen here, or draw what any curve would"
+            return f"But {_many(unsaid, may.format('it', 'its'), may.format('they', 'their'))}."
         if not lacking:
             return f"But {_many(extra, 'is', 'are')} not needed beside {_names(named)}: simpler does as well."
         if not extra:

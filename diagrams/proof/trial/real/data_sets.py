@@ -16,13 +16,17 @@ from mmt_drake.errors import BadInput
 
 Kind = TypeVar("Kind", RealCase, ArmCase)
 _BASELINES = "Champneys et al. 2024, Baseline Results for Selected Nonlinear System Identification Benchmarks"
+_TURNS = ("rad", "N m")
 _BEST_SILVERBOX = "best result collected for the Silverbox on nonlinearbenchmark.org"
 
 
-def _model(structure: str, pendulum: float | None = None, **parameters: float) -> dict[str, Any]:
-    """A model file's mapping; `pendulum` is the torque of gravity of a link held out level."""
+def _model(
+    structure: str, pendulum: float | None = None, units: tuple[str, str] = ("m", "N"), **parameters: float
+) -> dict[str, Any]:
+    """A model file's mapping; `pendulum` is the torque of gravity of a link held out level, `units` of x and force."""
     gravity = {} if pendulum is None else {"gravity": {"kind": "pendulum", "value": pendulum}}
-    return {"structure": structure, "parameters": parameters} | gravity
+    position, force = units
+    return {"structure": structure, "parameters": parameters, "units": {"position": position, "force": force}} | gravity
 
 
 def _motions(*names: str) -> tuple[RealPart, ...]:
@@ -101,7 +105,7 @@ CASES: Final = (
                 "growing amplitude", (RealPart("snls80.npz", seconds=(0.0, 65.536)),), Published(1.4, _BEST_SILVERBOX)
             ),
         ),
-        model=_model("driven_body", m=5.18e-6, b=2.11e-4, k=0.955),
+        model=_model("driven_body", units=("V", "V"), m=5.18e-6, b=2.11e-4, k=0.955),
         concealed="cubic stiffness; a bias of the input",
         unit="mV",
     ),
@@ -114,7 +118,7 @@ CASES: Final = (
         held_out=(
             HeldOut("other motions and gains", _motions("kp100_sin_sin", "kp100_up_and_down", "kp400_sin_time_square")),
         ),
-        model=_model("driven_body", pendulum=0.4807, m=0.00866, b=0.0649, Fc=0.0473, gain=0.0883),
+        model=_model("driven_body", pendulum=0.4807, units=_TURNS, m=0.00866, b=0.0649, Fc=0.0473, gain=0.0883),
         concealed="friction of the gears that grows with the load, and the Stribeck effect (BAM's models m2 to m6)",
         unit="mrad",
     ),
@@ -142,7 +146,7 @@ CASES: Final = (
     RealCase(
         name="ur10e_jointwise",
         fitted=(RealPart("joint_2.npz", prepared=from_horizontal),),
-        model=_model("driven_body", pendulum=10.3, m=1.9, b=4.2),
+        model=_model("driven_body", pendulum=10.3, units=("rad", "A"), m=1.9, b=4.2),
         concealed="dry friction (Coulomb, 1.3 A)",
         unit="mrad",
         simple=0.041,
@@ -151,7 +155,7 @@ CASES: Final = (
     RealCase(
         name="carter_pendulum",
         fitted=(RealPart("cdip_pend_data.npz", seconds=(65.0, 120.0)),),
-        model=_model("driven_body", pendulum=33.3, m=1.0, b=0.08),
+        model=_model("driven_body", pendulum=33.3, units=_TURNS, m=1.0, b=0.08),
         concealed="dry friction of the bearing (Coulomb or Dahl)",
         unit="mrad",
         simple=0.0068,
@@ -161,7 +165,7 @@ CASES: Final = (
         name="hsm150_motor",
         fitted=(RealPart("idf_pos_0.06_1.npz"),),
         held_out=(HeldOut("second step", (RealPart("idf_pos_0.06_2.npz"),)),),
-        model=_model("driven_body", m=0.00012, b=7.03e-5),
+        model=_model("driven_body", units=_TURNS, m=0.00012, b=7.03e-5),
         concealed="Coulomb friction or a constant force: one direction cannot tell",
         unit="rad",
         simple=0.006,
@@ -170,7 +174,7 @@ CASES: Final = (
     RealCase(
         name="kinova_gen3_joint7",
         fitted=tuple(RealPart(f"v_{speed}.npz") for speed in ("0.05", "0.10", "0.50", "0.90", "1.50")),
-        model=_model("driven_body", m=0.017, b=0.255),
+        model=_model("driven_body", units=_TURNS, m=0.017, b=0.255),
         concealed="Stribeck friction (or dry friction)",
         unit="mrad",
     ),
@@ -205,7 +209,7 @@ CASES: Final = (
         name="davinci_tool",
         fitted=(RealPart("44.npz"),),
         held_out=(HeldOut("jaw loaded less", (RealPart("40.npz"),)),),
-        model=_model("kelvin_voigt", k=0.0716, b=0.0385, F0=0.0918),
+        model=_model("kelvin_voigt", units=_TURNS, k=0.0716, b=0.0385, F0=0.0918),
         concealed="dry friction that grows with the load",
         unit="mN m",
         simple=0.101,
@@ -215,7 +219,7 @@ CASES: Final = (
         name="davinci_tool/drive_train",
         fitted=(_spindle_to_jaw("44.npz"),),
         held_out=(HeldOut("jaw loaded less", (_spindle_to_jaw("40.npz"),)),),
-        model=_model("transmission", ratio=-0.8698, offset=1.2094),
+        model=_model("transmission", units=("rad", "rad"), ratio=-0.8698, offset=1.2094),
         concealed="play or dry friction of its cables: so slow a motion cannot tell which",
         unit="mrad",
     ),
