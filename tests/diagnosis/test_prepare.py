@@ -60,10 +60,19 @@ def test_of_several_recordings_every_finding_says_which_is_meant(strokes):
     assert all(finding.text.startswith(("first.csv: ", "second.csv: ")) for finding in found.findings)
 
 
-def test_a_refusal_says_which_of_several_recordings_is_meant(strokes):
+def test_what_is_too_short_is_left_out_and_told_where_others_are_not(strokes):
     good = replace(strokes, source="good.csv")
-    reason = prepare([good, short(strokes, "short.csv")], MODEL).reason
-    assert reason.startswith("short.csv: Too short") and "good.csv" not in reason
+    alone, beside = prepare([good], MODEL), prepare([short(strokes, "short.csv"), good], MODEL)
+    assert [recording.source for recording in beside.recordings] == ["good.csv"]
+    assert beside.problem.samples() == alone.problem.samples()
+    (told,) = [f.text for f in beside.findings if not f.text.startswith("good.csv: ")]
+    assert beside.reason is None and told.startswith("short.csv is left out: Too short: 0.5")
+
+
+def test_a_refusal_says_which_of_several_recordings_is_meant(strokes):
+    still = changed(strokes, position_x=0.0 * strokes.time, position_y=0.0 * strokes.time)
+    reason = prepare([replace(strokes, source="good.csv"), replace(still, source="still.csv")], MODEL).reason
+    assert reason.startswith("still.csv: Nothing moves") and "good.csv" not in reason
     both = prepare([short(strokes, "one.csv"), short(strokes, "other.csv")], MODEL).reason
     assert "one.csv: Too short" in both and "other.csv: Too short" in both
     assert prepare([short(strokes, "short.csv")], MODEL).reason.startswith("Too short")

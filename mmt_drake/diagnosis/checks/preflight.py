@@ -55,6 +55,11 @@ class Preflight:
         reasons = [finding.text for finding in self.findings if finding.severity == "refuse"]
         return " ".join(reasons) or None
 
+    @property
+    def is_too_short(self) -> bool:
+        """Whether nothing can be said for want of samples alone."""
+        return {finding.code for finding in self.findings if finding.severity == "refuse"} == {"too_short"}
+
 
 def check_belongs(recording: Recording, model: Model) -> None:
     """Whether a model is of a structure that this kind of recording can drive.

@@ -50,6 +50,7 @@ class Prepared:
         skew: the largest skew of clocks that is left open [s].
         window_s: length of the windows over which every model is simulated [s]; None: the whole recordings.
         initial: how every driven body begins those.
+        left_out: what the check saw of recordings that were too short, where others were not.
     """
 
     preflights: tuple[Preflight, ...]
@@ -58,6 +59,7 @@ class Prepared:
     skew: float
     window_s: float | None = None
     initial: Initial = "rest"
+    left_out: tuple[Preflight, ...] = ()
 
     @property
     def recordings(self) -> tuple[Recording, ...]:
@@ -77,22 +79,32 @@ class Prepared:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What the checks saw, recording by recording; where there are several each finding says of which it is."""
-        several = len(self.preflights) > 1
-        return tuple(
+        several = len(self.preflights) + len(self.left_out) > 1
+        found = tuple(
             replace(finding, text=f"{check.recording.source}: {finding.text}") if several else finding
             for check in self.preflights
             for finding in check.findings
         )
+        return found + tuple(
+            replace(finding, severity="warn", text=f"{check.recording.source} is left out: {finding.text}")
+            for check in self.left_out
+            for finding in check.findings
+            if finding.severity == "refuse"
+        )
 
 
 def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
-    """Check, smooth and split recordings.
+    """Check, smooth and split recordings; those that are too short are left out where others are not.
 
     Raises:
         BadInput: a recording that a model of this structure cannot be held against.
     """
     even = replace(model, over=())  # orders of magnitude do not depend on conditions
     checks = tuple(preflight(towards_goal(model, recording), even) for recording in recordings)
+    left_out = tuple(check for check in checks if check.is_too_short)
+    if len(left_out) == len(checks):
+        left_out = ()
+    checks = tuple(check for check in checks if not (left_out and check.is_too_short))
     tracks: list[Track] = []
     fine: list[Track] = []
     window_s, initial = model.window_s, model.initial
@@ -119,12 +131,12 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
                 own = (_track(model, recording, finer, column, same, window_s, initial) for column in columns)
                 found += [track for track in own if not isinstance(track, NormalTrack) or _presses(track)]
     if not tracks or any(check.reason is not None for check in checks):
-        return Prepared(checks, None, None, 0.0)
+        return Prepared(checks, None, None, 0.0, left_out=left_out)
     skew = min(MOST_SKEW_S, min(track.smoothed.clock.step for track in tracks))
     if isinstance(model, DrivenBodyModel) and model.controller is not None:
         skew = 0.0  # a goal is set, not read; and to be late is what a loop does
     problem, finer_problem = (Problem(with_floors(some, model)) for some in (tracks, fine))
-    return Prepared(checks, problem, finer_problem, skew, window_s, initial)
+    return Prepared(checks, problem, finer_problem, skew, window_s, initial, left_out)
 
 
 def _as_far_as_known(recording: Recording, smoothed: Smoothed) -> Smoothed:
