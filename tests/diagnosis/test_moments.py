@@ -11,6 +11,7 @@ from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.event_times import at_best_times, released
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Problem
+from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.effects import LIBRARY
 
 EXACT = model()
@@ -102,3 +103,16 @@ def test_what_happens_in_a_held_out_stretch_is_named_with_its_moment(hidden):
     assert values["dm"].value == pytest.approx(0.25, rel=0.03)
     # The figures are of what was still held out.
     assert said.fit is not None and not any(a < hidden < b for a, b in said.fit.heldout_s) and said.fit.heldout_s
+
+
+def test_a_moment_between_two_touches_is_known_to_them_and_no_better(exact):
+    """Nothing shows in between: the cost is flat there, and its slope says nothing of how far."""
+    track = exact.tracks[0]
+    away = np.flatnonzero(np.diff(np.concatenate([[1], track.smoothed.in_contact.astype(int), [1]])))
+    pauses = [(float(track.time[a]), float(track.time[b - 1])) for a, b in away.reshape(-1, 2)]
+    start, end = max(pauses, key=lambda pause: pause[1] - pause[0])
+    assert end - start > 0.2
+    problem = problem_of(with_change(0.5 * (start + end)), EXACT)
+    fitted = problem.fit(CHANGED, numbers(0.5 * (start + end)))
+    (low, high), _ = intervals(problem, fitted)[-2:]
+    assert start - 0.5 < low < start + 0.05 and end - 0.05 < high < end + 0.5

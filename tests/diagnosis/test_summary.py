@@ -123,8 +123,11 @@ def test_an_effect_for_which_another_would_do_is_said_to_be_not_certain():
 
 
 def test_where_other_values_predict_to_the_noise_it_is_not_said_that_something_is_missing():
-    told = summary_of(Diagnosis("unexplained", "", fit=replace(FIT, heldout_nrmse=HeldoutNrmse(0.7, 0.019, 0.019))))
+    fit = replace(FIT, heldout_nrmse=HeldoutNrmse(0.7, 0.019, 0.019))
+    somewhere = Mismatch((BlockShare("friction", 1.0),), (), None, ())
+    told = summary_of(Diagnosis("unexplained", "", mismatch=somewhere, fit=fit))
     assert "cannot be told which are wrong" in told and "Something real" not in told
+    assert "It most likely acts" not in told
 
 
 def test_noise_that_a_model_undercuts_was_taken_for_too_much():

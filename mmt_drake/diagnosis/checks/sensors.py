@@ -163,7 +163,9 @@ def bias_findings(smoothed: Smoothed, names: tuple[str, ...]) -> list[Finding]:
     off = [i for i in range(len(names)) if abs(rest.mean[i]) > max(_SIGMAS * rest.standard_error[i], rest.noise[i].std)]
     shown = ", ".join(f"{names[i]} {rest.mean[i]:.3g} +- {rest.standard_error[i]:.1g} N" for i in off)
     text = f"In free space ({rest.seconds:.1f} s) " + (
-        f"the sensor is off zero: {shown}." if off else "the sensor reads zero to within its noise."
+        f"the sensor is off zero: {shown}. Tare it, or take that off."
+        if off
+        else "the sensor reads zero to within its noise."
     )
     findings = [Finding("bias", "warn" if off else "note", text, figures)]
     for name, hum in zip(names, rest.hum, strict=True):

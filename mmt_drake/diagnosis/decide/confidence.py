@@ -14,7 +14,7 @@ from typing import Self, get_args
 from mmt_drake.diagnosis.decide.depth import AT, SLIGHT, Depth, beside_its_kin
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.floors import noise_kept_out
-from mmt_drake.diagnosis.fit.free_space import off_in_free_space
+from mmt_drake.diagnosis.fit.free_space import SURELY, leaves_an_offset, off_in_free_space
 from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
 from mmt_drake.diagnosis.fit.one_pass import may_be_any_curve
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
@@ -35,9 +35,9 @@ where the best one leaves so little beyond the noise that so many times that, an
 WELL = 0.05
 """With this probability at least, chance may well have put one explanation before another."""
 
-SURELY, MUCH_FARTHER = 5.0, 3.0
-"""In free space a fit is ruled out that misses the mean of the force so many times as far (the second) as another one,
-which counts as missing it by so many standard errors at least (the first)."""
+MUCH_FARTHER = 3.0
+"""In free space a fit is ruled out that misses the mean of the force so many times as far as another one, which counts
+as missing it by `SURELY` at least."""
 
 _RIVALS = 2
 """Sets that are compared at each depth: which of them is the better one may show on the accurate clock alone."""
@@ -309,14 +309,16 @@ def _exchanged(one: Fitted, other: Fitted) -> list[tuple[Effect, Effect]]:
 def not_to_be_named(problem: Problem, refit: Fitted, fitted: Fitted) -> frozenset[str]:
     """Effects of a fit that must not be named, though it may rule out others.
 
-    All of them where a bound made the fit what it is, or where any curve would draw the same; those that may as well be
-    nothing; and those that do not happen within the recordings.
+    All of them where a bound made the fit what it is, where any curve would draw the same, or where they stand for an
+    offset of the sensor that free space shows; those that may as well be nothing; and those that do not happen within
+    the recordings.
 
     Args:
         problem: what was fitted.
         refit: the fit without effects.
         fitted: the fit with them.
     """
-    if at_bounds(fitted) or may_be_any_curve(problem, refit, fitted, RULED_OUT):
+    stands_for = leaves_an_offset(problem, refit, fitted) or may_be_any_curve(problem, refit, fitted, RULED_OUT)
+    if at_bounds(fitted) or stands_for:
         return fitted.hypothesis.key
     return vanishing(problem, fitted) | absent(problem, fitted)

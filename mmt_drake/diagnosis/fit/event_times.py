@@ -24,7 +24,7 @@ def at_best_times(problem: Problem, hypothesis: Hypothesis, x: Array) -> Array:
     """
     first = min(float(track.time[0]) for track in problem.tracks)
     duration = max(float(track.time[-1]) for track in problem.tracks) - first
-    for i in _event_times(hypothesis):
+    for i in event_times(hypothesis):
         apart = duration / (_COARSELY + 1)
         x = _best(problem, hypothesis, x, i, [apart * k for k in range(1, _COARSELY + 1)])
         x = _best(problem, hypothesis, x, i, [x[i] + apart * k / _FINELY for k in range(1 - _FINELY, _FINELY)])
@@ -41,7 +41,7 @@ def released(problem: Problem, fits: Iterable[Fitted]) -> Problem:
         problem: as it was searched.
         fits: which may have events.
     """
-    times = [time for f in fits for i in _event_times(f.hypothesis) for time in _possible(problem, f, i)]
+    times = [time for f in fits for i in event_times(f.hypothesis) for time in _possible(problem, f, i)]
     tracks = tuple(_released(track, times) for track in problem.tracks)
     if all(a is b for a, b in zip(tracks, problem.tracks, strict=True)):
         return problem
@@ -84,7 +84,7 @@ def _released(track: Track, times: Iterable[float]) -> Track:
     return replace(track, heldout=heldout)
 
 
-def _event_times(hypothesis: Hypothesis) -> list[int]:
+def event_times(hypothesis: Hypothesis) -> list[int]:
     """Which of the free numbers are event times."""
     times = {(effect.name, p.symbol) for effect in hypothesis.effects for p in effect.parameters if p.moment}
     return [i for i, parameter in enumerate(hypothesis.free_parameters()) if parameter.key in times]

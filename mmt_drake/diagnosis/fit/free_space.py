@@ -1,10 +1,26 @@
 """What a fit says of the force sensor in free space, where nothing else acts."""
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.tracks import Track
+
+SURELY = 5.0
+"""So many standard errors are no chance."""
+_MUCH = 0.25
+"""An offset is much that makes this part of the mean square of what a refit leaves."""
+
+
+class _Missed(NamedTuple):
+    """Mean of what a fit leaves of the force in free space, along one track, and its standard error [N]."""
+
+    track: Track
+    mean: float
+    error: float
 
 
 def off_in_free_space(problem: Problem, fitted: Fitted) -> float:
@@ -16,7 +32,28 @@ def off_in_free_space(problem: Problem, fitted: Fitted) -> float:
         problem: the tracks.
         fitted: the fit.
     """
-    most = 0.0
+    return max((abs(missed.mean) / missed.error for missed in _missed(problem, fitted)), default=0.0)
+
+
+def leaves_an_offset(problem: Problem, refit: Fitted, fitted: Fitted) -> bool:
+    """Whether a fit leaves an offset of the sensor that may as well be what it has effects for.
+
+    Free space shows the offset along some axis, the fit misses it, and it is much of what a refit leaves there: what
+    takes that in contact and not in free space is no physics of the contact.
+
+    Args:
+        problem: the tracks.
+        refit: the fit without effects.
+        fitted: the fit with them.
+    """
+    for track, mean, error in _missed(problem, fitted):
+        before = track.residual(refit.model, refit.skew, problem.coarse)[track.weight > 0.0]
+        if abs(mean) > SURELY * error and mean**2 > _MUCH * float(np.mean(before**2)):
+            return True
+    return False
+
+
+def _missed(problem: Problem, fitted: Fitted) -> Iterator[_Missed]:
     for track in problem.tracks:
         s = track.smoothed
         free = s.free & (track.weight > 0.0)
@@ -25,5 +62,4 @@ def off_in_free_space(problem: Problem, fitted: Fitted) -> float:
         white = s.rest.noise[track.column].std / math.sqrt(s.rest.seconds * s.clock.rate_hz)
         error = max(float(s.rest.standard_error[track.column]), white)
         mean = float(np.mean(track.residual(fitted.model, fitted.skew, problem.coarse)[free]))
-        most = max(most, abs(mean) / error)
-    return most
+        yield _Missed(track, mean, error)

@@ -9,11 +9,12 @@ from scipy import stats
 
 from mmt_drake.diagnosis.fit.bootstrap import Deviations, deviations
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
+from mmt_drake.diagnosis.fit.event_times import event_times
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.nameless import nameless_laws
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.effects.effect import Effect
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import attempt
 from mmt_drake.model.over import plain
 from mmt_drake.numeric.arrays import Array
 
@@ -22,6 +23,8 @@ _CLOCK_DEVIATION = 0.5
 _ACCURACY = 1e-3
 """Deviation of a number, over itself, that comes from what happens between samples."""
 _STEPS_OUT, _FURTHER = 8, 1.5
+_STEPS_ON, _HALVINGS = 25, 6
+"""Where nothing touches for long, an event may be anywhere: so many steps on, and then so many halvings of the last."""
 
 
 def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
@@ -36,17 +39,20 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
     """
     known = _known(problem, fitted, nameless_laws(problem, fitted))
     step = problem.tracks[0].smoothed.clock.step
+    moments, end = event_times(fitted.hypothesis), max(float(np.ptp(track.time)) for track in problem.tracks)
     result = []
     for i, parameter in enumerate(fitted.hypothesis.free_parameters()):
         value, own = float(fitted.x[i]), float(known.deviation[i])
-        if parameter.effect and not fitted.minimum.jacobian[:, i].any():
-            own = 0.0  # flat just there, as an event between two samples is: `_reach` sees how far
+        is_beyond = i in moments and known.t * own > end
+        if is_beyond or (parameter.effect and not fitted.minimum.jacobian[:, i].any()):
+            own = 0.0  # flat just there, as an event between two samples or two touches is: `_reach` sees how far
         half = known.t * math.hypot(own, _ACCURACY * abs(value))
         if parameter.key == ("time_delay", "delay"):
             half = math.hypot(half, known.t * _CLOCK_DEVIATION * step)
         down, up = half, half
         if parameter.effect:
-            down, up = (_reach(problem, fitted, i, sign * half, known.strength * known.t**2) for sign in (-1.0, 1.0))
+            within, finely = known.strength * known.t**2, i in moments
+            down, up = (_reach(problem, fitted, i, sign * half, within, finely=finely) for sign in (-1.0, 1.0))
         result.append((max(value - down, parameter.low), min(value + up, parameter.high)))
     return tuple(result)
 
@@ -153,25 +159,40 @@ def _hull(spans: Sequence[tuple[float, float]], unfitted: tuple[float, float]) -
     return (min(low for low, _ in spans), max(high for _, high in spans)) if spans else unfitted
 
 
-def _reach(problem: Problem, fitted: Fitted, i: int, half: float, limit: float) -> float:
+def _reach(problem: Problem, fitted: Fitted, i: int, half: float, limit: float, *, finely: bool = False) -> float:
     """How far from the minimum a number may go: half of its interval, or as far as the cost stays within a limit.
 
     When and where something begins shows in a few samples alone: between them the cost is flat, and its slope at the
     minimum says nothing.
+
+    Args:
+        problem: what was fitted.
+        fitted: the fit.
+        i: which number.
+        half: of its interval, to either side.
+        limit: of what the cost may grow by.
+        finely: seek the edge itself, however far; else it is known to a third.
     """
-    reach, low, high = abs(half), *fitted.hypothesis.limits(fitted.x)[:2]
-    for _ in range(_STEPS_OUT):
+    low, high, _ = fitted.hypothesis.limits(fitted.x)
+
+    def is_within(reach: float) -> bool:
         x = fitted.x.copy()
-        x[i] += math.copysign(_FURTHER * reach, half)
+        x[i] += math.copysign(reach, half)
         if not low[i] <= x[i] <= high[i]:
-            break
-        try:
-            if problem.unchanged(fitted.hypothesis, x).cost - fitted.cost > limit:
-                break
-        except MmtError:
-            break
-        reach *= _FURTHER
-    return reach
+            return False
+        changed = attempt(problem.unchanged, fitted.hypothesis, x)
+        return changed is not None and changed.cost - fitted.cost <= limit
+
+    reach, steps = abs(half), _STEPS_ON if finely else _STEPS_OUT
+    while steps > 0 and is_within(_FURTHER * reach):
+        reach, steps = _FURTHER * reach, steps - 1
+    if not finely:
+        return reach
+    beyond = _FURTHER * reach
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (reach + beyond)
+        reach, beyond = (middle, beyond) if is_within(middle) else (reach, middle)
+    return beyond
 
 
 def chance(problem: Problem, before: Fitted, after: Fitted, tries: int) -> float:

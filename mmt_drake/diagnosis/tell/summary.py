@@ -151,7 +151,7 @@ def _errors(d: Diagnosis) -> str:
 
 
 def _where(d: Diagnosis) -> str:
-    if d.verdict not in ("unexplained", "ambiguous", "partly_explained") or not d.mismatch.blocks:
+    if d.verdict not in ("unexplained", "ambiguous", "partly_explained") or not d.mismatch.blocks or is_unsettled(d):
         return ""
     block = d.mismatch.blocks[0]
     said = f"It most likely acts in the block {block.block.replace('_', ' ')}"
