@@ -269,10 +269,11 @@ class _LawSession(DiagnosisSession):
         confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)
         if standard.gain(refit, best) < gate.GAIN or not confirmed:
             return None
-        verdict = self.verdict_on(best, refit, standard, shares)
+        of_refit = self.of_refit(best, refit, standard)
+        verdict = gate.with_physics(standard.left(best), shares, of_refit)
         # Explanations that differ by their block may all draw something else; equals say the same.
         differs = not sure and not believed.has_equal(best)
-        if verdict == "unexplained" or (differs and gate.leaves_much(shares)):
+        if verdict == "unexplained" or (differs and gate.leaves_much(shares, of_refit)):
             return None
         is_asked = sure and standard.left(best) > TRY_MORE
         bent = other_curves(standard.problem, best, self.executor) if is_asked else frozenset()

@@ -88,7 +88,8 @@ class SurfaceSession(DiagnosisSession):
         if sure and not is_confirmed(problem, refit, best, believed, fits):
             return None
         shares = self.shares(problem, best, fits)
-        verdict = self.verdict_on(best, refit, nothing.standard, shares)
+        of_refit = self.of_refit(best, refit, nothing.standard)
+        verdict = gate.with_physics(nothing.standard.left(best), shares, of_refit)
         if verdict == "unexplained":
             return None
         return replace(nothing, verdict=verdict if sure else "ambiguous", best=best, shares=shares)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.gate import NoiseReference
-from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.floors import weighed, with_floors
 from mmt_drake.diagnosis.fit.prepare import Prepared
@@ -106,14 +105,11 @@ class DiagnosisSession(ABC):
         }
         return budget(self.ruler(problem), self.model, best, wrong, without)
 
-    def verdict_on(
-        self, best: Fitted, refit: Fitted, standard: NoiseReference, shares: Sequence[BudgetPart]
-    ) -> Verdict:
-        """The verdict on a fit whose effects are to be named, of this budget."""
+    def of_refit(self, best: Fitted, refit: Fitted, standard: NoiseReference) -> float:
+        """What part a fit takes off what a refit leaves beyond the noise, on held-out data; 0 where it takes none."""
         ruler = self.ruler(standard.problem)
         after, before = ruler.of(best.model), ruler.of(refit.model)
-        of_refit = 0.0
-        if after < before:
-            noise = min(ruler.noise(best.model), after)
-            of_refit = 1.0 - (after - noise) / (before - noise)
-        return gate.with_physics(standard.left(best), shares, of_refit)
+        if after >= before:
+            return 0.0
+        noise = min(ruler.noise(best.model), after)
+        return 1.0 - (after - noise) / (before - noise)

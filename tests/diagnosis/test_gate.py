@@ -120,14 +120,19 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
 
 
 @pytest.mark.parametrize(
-    ("named", "nameless", "much"), [((0.4,), 0.11, True), ((0.4,), 0.09, False), ((0.2, 0.2), 0.09, False)]
+    ("named", "nameless", "of_refit", "much"),
+    [
+        ((0.3,), 0.16, 0.9, True),
+        ((0.3,), 0.14, 0.9, False),
+        ((0.2, 0.1), 0.14, 0.9, False),
+        ((0.3,), 0.01, 0.65, True),  # beside a first model that was far off all is next to nothing
+        ((0.3,), 0.01, 0.68, False),
+    ],
 )
-def test_what_has_no_name_is_much_beside_effects_that_may_stand_for_one_another_from_a_quarter_on(
-    named, nameless, much
-):
+def test_effects_that_may_stand_for_one_another_leave_much_from_half_of_what_they_take(named, nameless, of_refit, much):
     effects = [BudgetPart(f"effect {i}", share) for i, share in enumerate(named)]
     rest = {"parameters": 1.0 - nameless - sum(named), "shared": 0.0, "nameless": nameless, "noise": 0.0}
-    assert leaves_much([*effects, *(BudgetPart(*part) for part in rest.items())]) == much
+    assert leaves_much([*effects, *(BudgetPart(*part) for part in rest.items())], of_refit) == much
 
 
 @pytest.mark.parametrize(
@@ -156,10 +161,10 @@ def test_much_noise_hides_no_rest_that_stands_out_where_noise_is_small(left, noi
 def test_noise_is_nothing_that_an_effect_should_have_taken_off(refit, best, noise, verdict):
     ruler = SimpleNamespace(of={"refit": refit, "best": best}.get, noise=lambda model: noise)
     session = SimpleNamespace(ruler=lambda problem: ruler)
-    reference = SimpleNamespace(problem=None, left=lambda fitted: 0.4)
+    reference = SimpleNamespace(problem=None)
     shares = [BudgetPart("coulomb_friction", 0.1), BudgetPart("nameless", 0.0), BudgetPart("noise", 0.9)]
     fits = (SimpleNamespace(model=name) for name in ("best", "refit"))
-    assert DiagnosisSession.verdict_on(session, *fits, reference, shares) == verdict
+    assert with_physics(0.4, shares, DiagnosisSession.of_refit(session, *fits, reference)) == verdict
 
 
 @pytest.mark.parametrize(

@@ -30,9 +30,9 @@ NAMED, OF_REFIT = 0.2, 0.5
 """Effects explain a part of it if they have this share, or take this part off what a refit leaves ..."""
 LEAST = 0.3
 """... and this at least: a share that other numbers would have taken as well is none."""
-MUCH_BESIDE_THE_UNSURE = 0.25
-"""Effects of different blocks that may stand for one another are no answer if nobody has named more than this part of
-what they take: each may be no more than the law that comes nearest to one outside the library."""
+MOST_BESIDE_THE_UNSURE = 0.5
+"""Effects of different blocks that may stand for one another are no answer if they leave more than this part of what
+they take: each may be no more than the law that comes nearest to one outside the library."""
 SIGNIFICANT = 0.01
 """Of what is named, on blocks that no choice has seen."""
 
@@ -141,9 +141,15 @@ def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> 
     return "partly_explained" if is_part else "unexplained"
 
 
-def leaves_much(shares: Sequence[BudgetPart]) -> bool:
-    """Whether what nobody has named is much beside what effects take that may stand for one another."""
-    return _share(shares, NAMELESS_PART) > MUCH_BESIDE_THE_UNSURE * (_named(shares) + _share(shares, SHARED))
+def leaves_much(shares: Sequence[BudgetPart], of_refit: float) -> bool:
+    """Whether effects that may stand for one another leave much of what they take, of the budget or of a refit's rest.
+
+    Args:
+        shares: the budget.
+        of_refit: as for `with_physics`.
+    """
+    nameless, taken = _share(shares, NAMELESS_PART), _named(shares) + _share(shares, SHARED)
+    return nameless > MOST_BESIDE_THE_UNSURE * taken or 1.0 - of_refit > MOST_BESIDE_THE_UNSURE * of_refit
 
 
 def _named(shares: Sequence[BudgetPart]) -> float:
