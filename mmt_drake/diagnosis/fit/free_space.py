@@ -11,8 +11,9 @@ from mmt_drake.diagnosis.fit.tracks import Track
 
 SURELY = 5.0
 """So many standard errors are no chance."""
-_MUCH = 0.25
-"""An offset is much that makes this part of the mean square of what a refit leaves."""
+_TAKEN, _MUCH = 0.2, 0.25
+"""Effects take much where they take this part of all that they do. An offset is much that makes this part of the mean
+square of what a refit leaves."""
 
 
 class _Missed(NamedTuple):
@@ -38,19 +39,29 @@ def off_in_free_space(problem: Problem, fitted: Fitted) -> float:
 def leaves_an_offset(problem: Problem, refit: Fitted, fitted: Fitted) -> bool:
     """Whether a fit leaves an offset of the sensor that may as well be what it has effects for.
 
-    Free space shows the offset along some axis, the fit misses it, and it is much of what a refit leaves there: what
-    takes that in contact and not in free space is no physics of the contact.
+    Free space shows the offset along an axis where the effects take much, the fit misses it, and it is much of what a
+    refit leaves there: what takes that in contact and not in free space is no physics of the contact.
 
     Args:
         problem: the tracks.
         refit: the fit without effects.
         fitted: the fit with them.
     """
-    for track, mean, error in _missed(problem, fitted):
-        before = track.residual(refit.model, refit.skew, problem.coarse)[track.weight > 0.0]
-        if abs(mean) > SURELY * error and mean**2 > _MUCH * float(np.mean(before**2)):
-            return True
-    return False
+    missed = {id(one.track): one for one in _missed(problem, fitted)}
+    if not any(abs(one.mean) > SURELY * one.error for one in missed.values()):
+        return False
+    before, after = (
+        [float(np.mean(t.residual(f.model, f.skew, problem.coarse)[t.weight > 0.0] ** 2)) for t in problem.tracks]
+        for f in (refit, fitted)
+    )
+    taken = [(b - a) / t.floor**2 for b, a, t in zip(before, after, problem.tracks, strict=True)]
+    return any(
+        (one := missed.get(id(track))) is not None
+        and abs(one.mean) > SURELY * one.error
+        and own > _TAKEN * sum(taken)
+        and one.mean**2 > _MUCH * left
+        for track, own, left in zip(problem.tracks, taken, before, strict=True)
+    )
 
 
 def _missed(problem: Problem, fitted: Fitted) -> Iterator[_Missed]:
