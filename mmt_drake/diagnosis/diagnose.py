@@ -275,7 +275,7 @@ class _LawSession(DiagnosisSession):
         differs = not sure and not believed.has_equal(best)
         if verdict == "unexplained" or (differs and gate.leaves_much(shares, of_refit)):
             return None
-        is_asked = sure and standard.left(best) > TRY_MORE
+        is_asked = sure and standard.left(best) > gate.NOTHING_LEFT
         bent = other_curves(standard.problem, best, self.executor) if is_asked else frozenset()
         if (free := undiluted(standard.problem, best)) is not best:
             best, shares = free, self.shares(standard.problem, free, fits)

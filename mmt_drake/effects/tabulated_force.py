@@ -3,7 +3,7 @@
 `at` are increasing values of the signal, `value` as many forces [N]; linear between them, held beyond the first and the
 last. Where the force acts depends on the signal that it is `of`:
 
-- `sliding_velocity` [m/s]: on the body, against its motion as friction is: F = -value(v);
+- `sliding_velocity` [m/s]: on the body, against its motion as friction is: F = -value(v), in the plane over the speed;
 - `load` [N]: a level of friction value(N) >= 0 beside the structure's own, while sliding and to break away;
 - `deflection` [m], `deflection_rate` [m/s]: in the contact, beside spring and damper, counted as theirs;
 - `position` [m]: on the body, against its displacement as a spring to the world: F = -value(x);
@@ -25,10 +25,20 @@ from typing import NamedTuple
 
 from mmt_drake.effects.effect import Effect, Parameter, Values
 from mmt_drake.errors import BadInput
-from mmt_drake.model.laws import ActiveLaw, At, Law, Numbers, Own, Result, Slot, curve_at, law
+from mmt_drake.model.laws import ActiveLaw, At, Law, Numbers, Own, Result, Slot, curve_at, law, norm
 from mmt_drake.model.structure import Structure
 
 # The first parameter of these laws is the index of the signal in `At`.
+
+
+@law(Slot.BODY, in_plane=True)
+def _against_motion(at: At, q: Own, p: Numbers) -> Result:
+    speed = norm(at.v, at.v_across)
+    along = at.v / speed if speed > 0.0 else 0.0
+    # What is the same forth and back has no direction: it stays with its axis.
+    odd = 0.5 * (curve_at(speed, p) - curve_at(-speed, p))
+    even = 0.5 * (curve_at(at.v, p) + curve_at(-at.v, p))
+    return -(odd * along + even), 0.0, 0.0, 0.0
 
 
 @law(Slot.BODY)
@@ -79,7 +89,7 @@ class TableSignal(NamedTuple):
 
 
 SIGNALS = {
-    "sliding_velocity": TableSignal("friction", _against, "sliding_velocity", damping=1.0),
+    "sliding_velocity": TableSignal("friction", _against_motion, "sliding_velocity", damping=1.0),
     "load": TableSignal("friction", _level, "load", level=True),
     "friction_over_time": TableSignal("friction", _level, "time", level=True),
     "friction_over_position": TableSignal("friction", _level, "position", level=True),

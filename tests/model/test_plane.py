@@ -70,6 +70,22 @@ def assert_alike_in_all_directions(model):
     assert np.abs(turned - force @ [[c, s], [-s, c]]).max() < 2e-3 * np.abs(force).max()
 
 
+def test_a_table_over_the_velocity_draws_a_drag_in_all_directions():
+    """And what is the same forth and back pushes each axis, as a constant force does."""
+    speeds, c = np.linspace(-0.5, 0.5, 401), 20.0
+    drag, push = (
+        {"name": "quadratic_drag", "parameters": {"c": c}},
+        {"name": "constant_force", "parameters": {"F": 0.2}},
+    )
+    drawn = {"of": "sliding_velocity", "at": list(speeds), "value": list(c * speeds * np.abs(speeds) - 0.2)}
+    table = with_effects(MODEL, [{"name": "tabulated_force", "parameters": drawn}], "table")
+    laws = with_effects(MODEL, [drag, push], "laws")
+    force, _ = simulated(laws, *strokes())
+    same, _ = simulated(table, *strokes())
+    assert np.abs(same - force).max() < 1e-3 * np.abs(force).max()
+    assert_alike_in_all_directions(with_effects(MODEL, [drag], "drag"))
+
+
 def test_along_one_axis_it_is_friction_of_that_axis():
     x, _, rate_x, _ = strokes()
     still = np.zeros_like(x)
