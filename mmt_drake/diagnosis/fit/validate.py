@@ -53,7 +53,8 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
         if parameter.effect:
             within, finely = known.strength * known.t**2, i in moments
             down, up = (_reach(problem, fitted, i, sign * half, within, finely=finely) for sign in (-1.0, 1.0))
-        result.append((max(value - down, parameter.low), min(value + up, parameter.high)))
+        most = max(end, value) if i in moments else parameter.high  # later than the recording nothing shows
+        result.append((max(value - down, parameter.low), min(value + up, most)))
     return tuple(result)
 
 
