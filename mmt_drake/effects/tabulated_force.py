@@ -33,12 +33,13 @@ from mmt_drake.model.structure import Structure
 
 @law(Slot.BODY, in_plane=True)
 def _against_motion(at: At, q: Own, p: Numbers) -> Result:
+    if at.v_across == 0.0:
+        return -curve_at(at.v, p), 0.0, 0.0, 0.0
     speed = norm(at.v, at.v_across)
-    along = at.v / speed if speed > 0.0 else 0.0
     # What is the same forth and back has no direction: it stays with its axis.
     odd = 0.5 * (curve_at(speed, p) - curve_at(-speed, p))
     even = 0.5 * (curve_at(at.v, p) + curve_at(-at.v, p))
-    return -(odd * along + even), 0.0, 0.0, 0.0
+    return -(odd * at.v / speed + even), 0.0, 0.0, 0.0
 
 
 @law(Slot.BODY)

@@ -1,7 +1,6 @@
 """What a fit says of the force sensor in free space, where nothing else acts."""
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +16,17 @@ square of what a refit leaves."""
 
 
 class _Missed(NamedTuple):
-    """Mean of what a fit leaves of the force in free space, along one track, and its standard error [N]."""
+    """What a fit leaves along a track: mean in free space and its standard error [N], and mean square of all [N^2]."""
 
     track: Track
     mean: float
     error: float
+    square: float
+
+    @property
+    def is_off(self) -> bool:
+        """Whether the mean is no chance."""
+        return abs(self.mean) > SURELY * self.error
 
 
 def off_in_free_space(problem: Problem, fitted: Fitted) -> float:
@@ -47,30 +52,29 @@ def leaves_an_offset(problem: Problem, refit: Fitted, fitted: Fitted) -> bool:
         refit: the fit without effects.
         fitted: the fit with them.
     """
-    missed = {id(one.track): one for one in _missed(problem, fitted)}
-    if not any(abs(one.mean) > SURELY * one.error for one in missed.values()):
+    after = _missed(problem, fitted)
+    if not any(missed.is_off for missed in after):
         return False
-    before, after = (
-        [float(np.mean(t.residual(f.model, f.skew, problem.coarse)[t.weight > 0.0] ** 2)) for t in problem.tracks]
-        for f in (refit, fitted)
-    )
-    taken = [(b - a) / t.floor**2 for b, a, t in zip(before, after, problem.tracks, strict=True)]
+    before = _missed(problem, refit)
+    taken = [(b.square - a.square) / a.track.floor**2 for b, a in zip(before, after, strict=True)]
     return any(
-        (one := missed.get(id(track))) is not None
-        and abs(one.mean) > SURELY * one.error
-        and own > _TAKEN * sum(taken)
-        and one.mean**2 > _MUCH * left
-        for track, own, left in zip(problem.tracks, taken, before, strict=True)
+        a.is_off and own > _TAKEN * sum(taken) and a.mean**2 > _MUCH * b.square
+        for b, a, own in zip(before, after, taken, strict=True)
     )
 
 
-def _missed(problem: Problem, fitted: Fitted) -> Iterator[_Missed]:
+def _missed(problem: Problem, fitted: Fitted) -> list[_Missed]:
+    """Of every track, one without free space with a mean of 0; nothing where there is no free space at all."""
+    if all(track.smoothed.rest is None for track in problem.tracks):
+        return []
+    found = []
     for track in problem.tracks:
         s = track.smoothed
-        free = s.free & (track.weight > 0.0)
-        if s.rest is None or not free.any():
-            continue
-        white = s.rest.noise[track.column].std / math.sqrt(s.rest.seconds * s.clock.rate_hz)
-        error = max(float(s.rest.standard_error[track.column]), white)
-        mean = float(np.mean(track.residual(fitted.model, fitted.skew, problem.coarse)[free]))
-        yield _Missed(track, mean, error)
+        used = track.weight > 0.0
+        residual = track.residual(fitted.model, fitted.skew, problem.coarse)
+        mean, error, free = 0.0, math.inf, s.free & used
+        if s.rest is not None and free.any():
+            white = s.rest.noise[track.column].std / math.sqrt(s.rest.seconds * s.clock.rate_hz)
+            mean, error = float(np.mean(residual[free])), max(float(s.rest.standard_error[track.column]), white)
+        found.append(_Missed(track, mean, error, float(np.mean(residual[used] ** 2))))
+    return found

@@ -60,7 +60,7 @@ def may_be_any_curve(problem: Problem, refit: Fitted, fitted: Fitted, ruled_out:
         return False
     if not isinstance(refit.hypothesis.nominal, PositionOut) or not passes_once(problem, fitted):
         return False
-    end = max(float(track.time[-1] - track.time[0]) for track in problem.tracks)
+    end = max(track.duration for track in problem.tracks)
     moved = attempt(moved_by_table, problem, refit, _OVER, tuple(np.linspace(0.0, end, count + 1)), _SLIGHT)
     if moved is None:
         return False

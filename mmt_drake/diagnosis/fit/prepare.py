@@ -101,10 +101,9 @@ def prepare(recordings: Sequence[Recording], model: Model) -> Prepared:
     """
     even = replace(model, over=())  # orders of magnitude do not depend on conditions
     checks = tuple(preflight(towards_goal(model, recording), even) for recording in recordings)
-    left_out = tuple(check for check in checks if check.is_too_short)
-    if len(left_out) == len(checks):
-        left_out = ()
-    checks = tuple(check for check in checks if not (left_out and check.is_too_short))
+    long_enough = tuple(check for check in checks if not check.is_too_short)
+    left_out = tuple(check for check in checks if check.is_too_short) if long_enough else ()
+    checks = long_enough or checks
     tracks: list[Track] = []
     fine: list[Track] = []
     window_s, initial = model.window_s, model.initial
@@ -220,8 +219,8 @@ def scales_of(problem: Problem, model: Structure) -> Scales:
         load=float(np.mean(states["load"][used])) if "load" in states else 0.0,
         mass=mass if mass > 0.0 else force / max(rms(acceleration[used]), 1e-300),
         stiffness=stiffness,
-        frequency=max(float(s.top_hz[track.column]), 1.0 / (track.time[-1] - track.time[0])),
-        duration=float(track.time[-1] - track.time[0]),
+        frequency=max(float(s.top_hz[track.column]), 1.0 / track.duration),
+        duration=track.duration,
         step=s.clock.step,
         peaks=_peaks(track, model),
         input=rms(u[used]),
@@ -237,7 +236,6 @@ def _along_normal(track: NormalTrack, model: Structure) -> Scales:
     used = (track.weight > 0.0) & s.in_contact
     force, depth, rate = track.measured[used], s.input[used, NORMAL_COLUMN], s.input_rate[used, NORMAL_COLUMN]
     force_rms, depth_rms, rate_rms = map(rms, (force, depth, rate))
-    duration = float(track.time[-1] - track.time[0])
     return Scales(
         force=force_rms,
         velocity=rate_rms,
@@ -246,8 +244,8 @@ def _along_normal(track: NormalTrack, model: Structure) -> Scales:
         load=float(np.mean(force)),
         mass=0.0,
         stiffness=max(model.value("normal_k"), force_rms / depth_rms),
-        frequency=max(float(s.top_hz[NORMAL_COLUMN]), 1.0 / duration),
-        duration=duration,
+        frequency=max(float(s.top_hz[NORMAL_COLUMN]), 1.0 / track.duration),
+        duration=track.duration,
         step=s.clock.step,
         peak_force=float(np.max(np.abs(force))),
     )

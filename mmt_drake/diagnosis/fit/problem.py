@@ -325,7 +325,7 @@ def track_blocks(track: Track) -> NDArray[np.intp]:
     edges = np.flatnonzero(np.diff(track.heldout)) + 1
     starts = np.concatenate([[0], edges])
     seconds = np.diff(np.append(track.time[starts], track.time[-1]))
-    longest = min(BLOCK_S, float(track.time[-1] - track.time[0]) / LEAST_BLOCKS)
+    longest = min(BLOCK_S, track.duration / LEAST_BLOCKS)
     pieces = np.maximum(np.ceil(seconds / longest), 1.0)
     stretch = np.searchsorted(edges, np.arange(len(track.time)), side="right")
     within = (track.time - track.time[starts[stretch]]) / np.maximum(seconds[stretch], 1e-300)

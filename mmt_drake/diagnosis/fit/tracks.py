@@ -85,6 +85,11 @@ class Track(ABC):
         """(n,) [s]."""
         return self.smoothed.time
 
+    @property
+    def duration(self) -> float:
+        """From the first sample to the last [s]."""
+        return float(self.time[-1] - self.time[0])
+
     @cached_property
     def measured(self) -> Array:
         """(n,) filtered output; 0 where the sensor was at a limit."""

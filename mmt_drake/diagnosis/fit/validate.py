@@ -39,7 +39,7 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
     """
     known = _known(problem, fitted, nameless_laws(problem, fitted))
     step = problem.tracks[0].smoothed.clock.step
-    moments, end = event_times(fitted.hypothesis), max(float(np.ptp(track.time)) for track in problem.tracks)
+    moments, end = event_times(fitted.hypothesis), max(track.duration for track in problem.tracks)
     result = []
     for i, parameter in enumerate(fitted.hypothesis.free_parameters()):
         value, own = float(fitted.x[i]), float(known.deviation[i])

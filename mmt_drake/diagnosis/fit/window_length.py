@@ -42,21 +42,20 @@ def _of_one(check: Preflight, model: DrivenBodyModel) -> float:
     go by, the window is as short as it may be.
     """
     track = DrivenTrack(check.smoothed, 0, np.zeros(len(check.smoothed.time), dtype=bool))
-    duration = float(track.time[-1] - track.time[0])
     allowed = max(TOLERATED * float(track.smoothed.output_noise[0]), LEAST * float(np.std(track.measured)))
     if not _drifts(track, model) or LEAD * len(check.recording) < FEWEST * LEAST_LEAD:
         return math.inf
     noisy = track.smoothed.input_noise.any()
     if noisy and _through(track, model) <= allowed:
         return math.inf
-    least = min(REVERSALS * duration / (check.motions[0].reversals + 1), duration / FEWEST)
+    least = min(REVERSALS * track.duration / (check.motions[0].reversals + 1), track.duration / FEWEST)
     if model.b > 0.0:
         least = min(least, TIME_CONSTANTS * model.m / model.b)
-    least = max(min(least, _growth_time(track, model)), duration / MOST)
+    least = max(min(least, _growth_time(track, model)), track.duration / MOST)
     blocks = FEWEST
-    while noisy and duration / blocks > least and blocks < MOST:
-        if _through(replace(track, window_s=duration / blocks), model) <= allowed:
-            return duration / blocks
+    while noisy and track.duration / blocks > least and blocks < MOST:
+        if _through(replace(track, window_s=track.duration / blocks), model) <= allowed:
+            return track.duration / blocks
         blocks *= 2
     return least
 
@@ -64,7 +63,7 @@ def _of_one(check: Preflight, model: DrivenBodyModel) -> float:
 def _drifts(track: DrivenTrack, model: DrivenBodyModel) -> bool:
     """Whether next to nothing takes the body back to where it would be: an error of its input moves it on and on."""
     stiffness = float(np.mean(_stiffness(track, model)))
-    return not stiffness * float(track.time[-1] - track.time[0]) > HELD * model.b
+    return not stiffness * track.duration > HELD * model.b
 
 
 def _growth_time(track: DrivenTrack, model: DrivenBodyModel) -> float:
