@@ -63,7 +63,7 @@ def test_every_case_loads_in_the_kind_that_its_model_wants(case: RealCase, recor
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_nominal_model_is_a_model_file_without_effects(case: RealCase) -> None:
     assert "effects" not in case.model
-    assert set(case.model) <= {"structure", "parameters", "gravity"}
+    assert set(case.model) <= {"structure", "parameters", "gravity", "units"}
     parse_model(dict(case.model), case.name)
 
 
