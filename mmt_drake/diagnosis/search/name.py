@@ -1,4 +1,4 @@
-"""The search for missing physics: every effect is tried beside what is known, from several starts; then pairs.
+"""The search for missing physics: every effect is tried beside what is known, from several starts; then pairs, and more.
 
 A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
 that fit and, where they are worse, from the nominal parameters. What does not happen in the recordings (half a period
@@ -29,7 +29,13 @@ from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, s
 from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Screened, Seed, Start, added, all_starts, together
 from mmt_drake.diagnosis.search.watch import SearchSetup
 
-LEVELS = ("one missing effect", "two missing effects")
+LEVELS = (
+    "one missing effect",
+    "two missing effects",
+    "three missing effects",
+    "four missing effects",
+    "five missing effects",
+)
 """What a search looks for, stage by stage."""
 _MOST_SEEDS = 4
 _SETS, _FURTHER, _FURTHER_KEPT = 30, 24, 2
@@ -47,6 +53,12 @@ _PAIRS, _PROMISED = 4, 0.3
 """Pairs that are tried for what both promise together: so many at most, and what promises this part of the cost."""
 _ADDED = 12
 """And so many that are expected to leave least by what each did alone."""
+_TAKES_MOST, _TAKES_NEARLY_ALL = 0.5, 0.25
+"""A third effect, or a further one, is sought where the last one left no more than this part of what was left beyond the
+noise, and kept where it leaves no more than this: any law takes a part of what has no name, and these are many."""
+_BESIDE_MORE, _MORE_KEPT, _MOST_PRUNED = 20, 12, 3
+"""Of three effects and more so many sets are screened, so many starts go on to all tracks, and of so many of the best
+every one must do worse with one effect less."""
 _ALIKE = 1.1
 """The numbers handed in are a second origin where they cost so many times as much as the fitted ones, or bounds hold
 these."""
@@ -55,7 +67,7 @@ _WORTH = 0.1
 
 
 def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fitted]]:
-    """Try one effect, then two, as long as more than noise is left.
+    """Try one effect, then two and up to five, as long as more than noise is left.
 
     Args:
         setup: what is fitted, and what is tried.
@@ -85,7 +97,10 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
     is_little = problem.left(base) <= _LITTLE
     if not seeds or (is_little and _is_chance(problem, base, seeds[:_ASKED], len(singles))):
         return [singles]
-    return _two(setup, origins, screened, seeds, singles, enough)
+    levels = _two(setup, origins, screened, seeds, singles, enough)
+    while 1 < len(levels) < len(LEVELS) and (more := _one_more(setup, screened, levels[-2:], enough)):
+        levels[-1:] = more
+    return levels
 
 
 def _two(
@@ -108,8 +123,59 @@ def _two(
         found = swap(setup, found)
     found = _other_minima(setup, simplify(setup, found))
     with setup.watch.within(_RESTARTING):
-        singles = _pruned(setup, found[0], singles)
+        singles = _pruned(setup, found[:1], singles)
     return [list(singles), best_of_each([*found, *(s.fitted for s in pairs)])]
+
+
+def _one_more(
+    setup: SearchSetup, screened: Sequence[Screened], levels: Sequence[Sequence[Fitted]], enough: Enough
+) -> list[list[Fitted]]:
+    """Try one effect more beside the best sets of two or more.
+
+    Args:
+        setup: of the search.
+        screened: single effects as screening left them.
+        levels: the fits with one effect less than the best sets, and the best sets; best first.
+        enough: as for `search`.
+
+    Returns:
+        The best sets, better where a greater set's numbers say how, and the greater ones; nothing where these are not
+        sought, or leave too much to be believed.
+    """
+    (fewer, *_), (best, *others) = levels
+    count = len(best.hypothesis.effects)
+    if enough(best) or _rest(setup.problem, best) > _TAKES_MOST * _rest(setup.problem, fewer):
+        return []
+    if setup.watch.is_late():
+        setup.watch.miss([f"sets of {count + 1} effects"])
+        return []
+    setup.watch.begin(LEVELS[count])
+    parts = setup.problem.eased(best)[:1]
+    first, *beside = (begun for seed in _seeds([best, *others], fewer.cost) for begun in Seed.on_parts(seed, parts))
+    starts = {s.start.effect.name: s.start for s in reversed(screened)}
+    with setup.watch.within(_SHARE):
+        tries = [
+            *all_starts([first], setup.library, setup.scales),
+            *_further(beside, starts),
+            *_at_what_is_left(setup, [first, *beside]),
+        ]
+        more = screen(setup, tries, kept=_FURTHER_KEPT, sets=_BESIDE_MORE, further=_MORE_KEPT)
+        found = _in_full(setup, more, best.cost, enough)
+    if not found:
+        return []
+    if not enough(found[0]):
+        found = swap(setup, found)
+    found = _other_minima(setup, simplify(setup, found))
+    if _rest(setup.problem, found[0]) > _TAKES_NEARLY_ALL * _rest(setup.problem, best):
+        return []
+    with setup.watch.within(_RESTARTING):
+        level = _pruned(setup, found[:_MOST_PRUNED], levels[-1])
+    return [level, best_of_each([*found, *(s.fitted for s in more)])]
+
+
+def _rest(problem: Problem, fitted: Fitted) -> float:
+    """What a fit leaves beyond the noise, a sum of squares."""
+    return max(fitted.cost - problem.samples(), 0.0)
 
 
 def _origins(problem: Problem, base: Fitted) -> list[Seed]:
@@ -172,12 +238,12 @@ def _from(origin: Fitted, screened: Sequence[Screened]) -> list[Fitted]:
     return best_of_each(s.fitted for s in screened if s.start.seed.fitted is origin)
 
 
-def _pruned(setup: SearchSetup, best: Fitted, singles: Sequence[Fitted]) -> list[Fitted]:
-    """The fits of one effect with those that the best pair's numbers bring further, moved about; best first."""
-    before = {f.hypothesis.key: f.cost for f in singles}
-    fewer = prune(setup.problem, best, setup.executor)
-    better = [f for f in fewer if f.cost < before.get(f.hypothesis.key, math.inf)]
-    return best_of_each([*singles, *(random_restarts(setup, better) if better else [])])
+def _pruned(setup: SearchSetup, best: Sequence[Fitted], fewer: Sequence[Fitted]) -> list[Fitted]:
+    """The fits of one effect less, with those that the best sets' numbers bring further, moved about; best first."""
+    before = {f.hypothesis.key: f.cost for f in fewer}
+    found = best_of_each(f for one in best for f in prune(setup.problem, one, setup.executor))
+    better = [f for f in found if f.cost < before.get(f.hypothesis.key, math.inf)]
+    return best_of_each([*fewer, *(random_restarts(setup, better) if better else [])])
 
 
 def _made_up(setup: SearchSetup, tries: Sequence[Start], found: Sequence[Fitted]) -> list[Fitted]:
