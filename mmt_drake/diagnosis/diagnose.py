@@ -145,7 +145,7 @@ def _session(
 
 @dataclass(frozen=True)
 class _LawSession(DiagnosisSession):
-    """One diagnosis that searches laws, one, then two at once.
+    """One diagnosis that searches laws, one, then two and more at once.
 
     Attributes:
         polish: takes fits on to the clock of the verdict.

@@ -158,7 +158,34 @@ def test_two_effects_are_found_together(pair):
     assert pair.ratio(pair.levels[0][0]) > 2.0
 
 
-@pytest.mark.parametrize("which", ["pair", "unequal"])
+@pytest.fixture(scope="module")
+def triple() -> Searched:
+    """Three effects, each plain."""
+    return searched(BIAS, CUBIC, LAG)
+
+
+def test_three_effects_are_found_together_and_each_of_them_is_needed(triple):
+    assert len(triple.levels) == 3
+    best = triple.levels[2][0]
+    assert best.hypothesis.key == {"force_bias", "nonlinear_stiffness", "force_lag"} and triple.ratio(best) < ENOUGH
+    values = best.effect_values
+    assert values["force_bias"]["bias"] == pytest.approx(0.3, rel=0.02)
+    assert values["force_lag"]["tau"] == pytest.approx(0.01, rel=0.05)
+    fewer = {f.hypothesis.key: triple.ratio(f) for f in triple.levels[1]}
+    assert all(fewer[best.hypothesis.key - {name}] > 2.0 * triple.ratio(best) for name in best.hypothesis.names)
+
+
+def test_a_third_effect_that_takes_less_than_nearly_all_of_the_rest_is_none(monkeypatch):
+    effects = (BIAS, CUBIC, ("force_lag", (("tau", 0.006),)))
+    library = [effect for effect in SOME if effect.name != "force_lag"]
+    library += [LIBRARY["viscoelastic_relaxation"], LIBRARY["stiffness_drift"]]
+    found = searched(*effects, library=library)
+    assert len(found.levels) == 2 and LEVELS[2] in {stage.name for stage in found.told}
+    monkeypatch.setattr("mmt_drake.diagnosis.search.name._TAKES_NEARLY_ALL", 1.0)
+    assert len(searched(*effects, library=library).levels) > 2
+
+
+@pytest.mark.parametrize("which", ["pair", "unequal", "triple"])
 def test_nothing_fits_worse_than_what_it_adds_to(which, request):
     # Nested models: the larger one can do whatever the smaller one can.
     found = request.getfixturevalue(which)

@@ -15,14 +15,14 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 
-Kind = Literal["none", "parameters", "single", "pair", "outside"]
+Kind = Literal["none", "parameters", "single", "pair", "triple", "outside"]
 Nominal = dict[str, Any]
 
 _ON_FC = ("stribeck_friction", "presliding_friction", "static_friction", "asymmetric_friction")
 _ON_B1 = ("asymmetric_viscous_friction", "frictional_heating")
 _ABSENT = {"viscous_friction": "b1", "ground_spring": "k1", "coulomb_friction": "Fc"}  # 0 in the nominal model
 
-#: Effects of which a pair holds one at most: they take the same place, or are too much alike to be told apart.
+#: Effects of which no case holds two: they take the same place, or are too much alike to be told apart.
 _EXCLUSIVE: Final = (
     ("viscous_friction", "asymmetric_viscous_friction"),
     ("coulomb_friction", "constant_force", *_ON_FC),
@@ -130,20 +130,28 @@ def draw_single(rng: np.random.Generator, name: str, effect: str, size: float, p
             return Case(name, kind, effects, base, nominal_model(rng, base, effects), session, four(size), visible)
 
 
-def draw_pair(rng: np.random.Generator, name: str, plant: Plant = OWN) -> Case:
-    """A case with two plain effects, of different blocks mostly; neither stands in the other's place."""
+def draw_several(rng: np.random.Generator, name: str, count: int, plant: Plant = OWN) -> Case:
+    """A case with two or three plain effects, of different blocks mostly; none stands in another's place.
+
+    Args:
+        rng: for all that is left open.
+        name: of the case.
+        count: 2 or 3.
+        plant: what simulates the object.
+    """
+    kind: Kind = "pair" if count == 2 else "triple"
     inside = [effect for effect in INSIDE if effect in plant.effects and effect not in IN_TWO_DIRECTIONS]
     while True:
-        pair = tuple(str(effect) for effect in rng.choice(inside, 2, replace=False))
-        if any(set(pair) <= set(names) for names in _EXCLUSIVE):
+        some = tuple(str(effect) for effect in rng.choice(inside, count, replace=False))
+        if any(len(set(some) & set(names)) > 1 for names in _EXCLUSIVE):
             continue
-        if LAWS[pair[0]].block == LAWS[pair[1]].block and rng.random() < 0.8:
+        if len({LAWS[effect].block for effect in some}) < count and rng.random() < 0.8:
             continue
-        base, session, size = draw_base(rng, pair), draw_session(rng, plant), float(rng.uniform(0.6, 1.0))
-        effects = tuple(_plain(rng, effect, base, session, size) for effect in pair)
-        if all(visibility(base, (effect,), session) > PLAIN for effect in effects):
-            nominal = nominal_model(rng, base, effects)
-            return Case(name, "pair", effects, base, nominal, session, four(size), visibility(base, effects, session))
+        base, session, size = draw_base(rng, some), draw_session(rng, plant), float(rng.uniform(0.6, 1.0))
+        effects = tuple(_plain(rng, effect, base, session, size) for effect in some)
+        visible = visibility(base, effects, session)
+        if math.isfinite(visible) and all(visibility(base, (effect,), session) > PLAIN for effect in effects):
+            return Case(name, kind, effects, base, nominal_model(rng, base, effects), session, four(size), visible)
 
 
 def _plain(

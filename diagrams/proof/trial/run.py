@@ -16,7 +16,7 @@ import yaml
 
 from mmt_drake.diagrams.proof.studies import Asked, Report, Study
 from mmt_drake.diagrams.proof.studies.study import Progress
-from mmt_drake.diagrams.proof.trial.cases import Case, draw_pair, draw_plain, draw_single
+from mmt_drake.diagrams.proof.trial.cases import Case, draw_plain, draw_several, draw_single
 from mmt_drake.diagrams.proof.trial.laws import INSIDE, OUTSIDE
 from mmt_drake.diagrams.proof.trial.other_cases import (
     DRIVEN,
@@ -53,7 +53,8 @@ def draw_trial(seed: int = 0, per_effect: int = 4, remainder: float = 0.0, plant
     Args:
         seed: the same one gives the same cases.
         per_effect: cases per effect of the library, their sizes spread over the whole range. Effects outside the
-            library, pairs, clean recordings, wrong parameters and the other structures follow in proportion.
+            library, pairs, clean recordings, wrong parameters, the other structures and triples follow in
+            proportion.
         remainder: where it is not 0, every case is one plain effect above a remainder that is so large
             (`remainder.draw_beneath`), the laws of it in turn.
         plant: of `PLANTS`, or `PALPATION`. The foreign one simulates flexible objects alone, with the effects that it
@@ -89,14 +90,19 @@ def _ordered(rng: np.random.Generator, per_effect: int, plant: Plant) -> Iterato
         for size in _sizes(rng, few):
             yield draw_single(rng, effect, effect, 0.4 + 0.6 * size, plant)
     for _ in range(5 * per_effect):
-        yield draw_pair(rng, "pair", plant)
+        yield draw_several(rng, "pair", 2, plant)
         yield draw_plain(rng, "clean", wrong=False, plant=plant)
         yield draw_plain(rng, "wrong", wrong=True, plant=plant)
-    if plant is not OWN:
-        return
+    if plant is OWN:
+        yield from _of_other_structures(rng, per_effect)
+    for _ in range(3 * per_effect):
+        yield draw_several(rng, "triple", 3, plant)
+
+
+def _of_other_structures(rng: np.random.Generator, per_effect: int) -> Iterator[Case]:
     for effects, draw in ((DRIVEN, draw_driven), (MATERIAL, draw_material), (TRANSMISSION, draw_transmission)):
         for name in effects:
-            for size in _sizes(rng, few):
+            for size in _sizes(rng, (per_effect + 1) // 2):
                 yield draw(rng, name, name, size, wrong=bool(rng.random() < 0.5))
         for i in range(per_effect):
             yield draw(rng, "plain", None, 0.0, wrong=i % 2 == 1)

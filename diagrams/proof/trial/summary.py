@@ -22,6 +22,10 @@ VERDICTS = ("no_mismatch", "parameters", "ambiguous", "unexplained", "insufficie
 """What a diagnosis says instead of a name."""
 
 
+_SEVERAL, _ALL = ("pair", "triple"), "all"
+_ROWS = {"pair": "two effects", "triple": "three effects", "none": "nothing", "parameters": "wrong parameters"}
+
+
 def document(seal_sha256: str, scores: Sequence[TrialScore], plant: str = "own") -> dict[str, Any]:
     """The trial's JSON (contract section 6), and in its summary by which plant the cases are."""
     summary = {"plant": plant, **summarise(scores)}
@@ -33,10 +37,11 @@ def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
 
     `right` is about single effects that are noticeable, `right_visible` about those whose visibility, which no
     diagnosis has a hand in, is ten times the noise or more. `counted` tells of each rate of cases how many of how many
-    it is and what that bounds, `sizes` how large what was concealed in pairs and from outside the library was.
+    it is and what that bounds, `sizes` how large what was concealed in pairs, triples and from outside the library was.
     """
-    none, parameters, pair, single, outside = (
-        [s for s in scores if s.truth["kind"] == kind] for kind in ("none", "parameters", "pair", "single", "outside")
+    none, parameters, single, pair, triple, outside = (
+        [s for s in scores if s.truth["kind"] == kind]
+        for kind in ("none", "parameters", "single", "pair", "triple", "outside")
     )
     noticeable = [s for s in single if s.noticeable]
     quantities = [q for s in scores for q in s.quantities]
@@ -46,12 +51,14 @@ def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
         "right_family": [s.right_family for s in noticeable],
         "right_visible": _correct(s for s in single if s.truth["visibility"] >= 10.0),
         "right_pairs": _correct(pair),
+        "right_triples": _correct(triple),
         "right_outside": _correct(s for s in outside if s.noticeable),
         "right_clean": _correct(none),
         "right_parameters": _correct(parameters),
         "false_name_rate": [s.false_name for s in scores],
         "block_right": [bool(s.block_correct) for s in scores if s.block_correct is not None and s.noticeable],
     }
+    sizes = {"pairs": pair, "triples": triple, "outside": outside}
     return {
         "cases": len(scores),
         "noticeable": len(noticeable),
@@ -68,7 +75,7 @@ def summarise(scores: Sequence[TrialScore]) -> dict[str, Any]:
         "seconds_worst": max((s.seconds for s in scores), default=None),
         "crashed": sum(s.verdict == "crashed" for s in scores),
         "counted": {name: counted(each, from_above=name == "false_name_rate") for name, each in flags.items() if each},
-        "sizes": {name: _sizes(each) for name, each in (("pairs", pair), ("outside", outside)) if each},
+        "sizes": {name: _sizes(each) for name, each in sizes.items() if each},
         "by_effect": {name: _of_effect(own) for name, own in _by_name(scores).items()},
     }
 
@@ -142,8 +149,8 @@ _median = partial(of_known, np.median)
 def confusion(scores: Sequence[TrialScore]) -> tuple[list[str], list[str], np.ndarray[Any, np.dtype[np.int64]]]:
     """Rows (what is concealed), columns (what was said) and counts (rows, columns).
 
-    A certain answer counts under its first name that is not true, or else under the truth; a pair is a row of its own
-    whose column is `both` if both were named.
+    A certain answer counts under its first name that is not true, or else under the truth; pairs are a row of their
+    own, and triples, whose column is `all` if all were named.
     """
     cells = Counter(map(_cell, scores))
     rows = sorted({row for row, _ in cells}, key=_order)
@@ -158,10 +165,8 @@ def _cell(s: TrialScore) -> tuple[str, str]:
 
 def _row(s: TrialScore) -> str:
     kind = s.truth["kind"]
-    if kind == "pair":
-        return "two effects"
-    if kind in ("none", "parameters"):
-        return {"none": "nothing", "parameters": "wrong parameters"}[kind]
+    if kind in _ROWS:
+        return _ROWS[kind]
     name = str(s.truth["truth"][0])
     return f"outside: {name}" if kind == "outside" else name
 
@@ -169,18 +174,18 @@ def _row(s: TrialScore) -> str:
 def _column(s: TrialScore) -> str:
     if not s.effects or s.verdict == "ambiguous":
         return s.verdict
-    if s.truth["kind"] == "pair" and s.correct:
-        return "both"
+    if s.truth["kind"] in _SEVERAL and s.correct:
+        return _ALL
     if s.false_name:
         return next((name for name in s.effects if name not in s.truth["truth"]), s.effects[0])
     return s.effects[0]
 
 
 def _order(label: str) -> tuple[int, int, str]:
-    """Names first, then pairs, what is outside, nothing and wrong parameters, and verdicts in their own order."""
+    """Names first, then several, what is outside, nothing and wrong parameters, and verdicts in their own order."""
     if label in VERDICTS:
         return (5, VERDICTS.index(label), label)
-    groups = {"two effects": 1, "both": 1, "nothing": 3, "wrong parameters": 4}
+    groups = {_ROWS["pair"]: 1, _ROWS["triple"]: 1, _ALL: 1, "nothing": 3, "wrong parameters": 4}
     return (groups.get(label, 2 if label.startswith("outside") else 0), 0, label)
 
 

@@ -1,4 +1,4 @@
-"""The search for missing physics: every effect is tried beside what is known, from several starts; then pairs, and more.
+"""The search for missing physics: every effect is tried beside what is known, from several starts; then several.
 
 A missing effect distorts the fit without it, sometimes into another regime altogether. So every candidate starts from
 that fit and, where they are worse, from the nominal parameters. What does not happen in the recordings (half a period
@@ -54,8 +54,8 @@ _PAIRS, _PROMISED = 4, 0.3
 _ADDED = 12
 """And so many that are expected to leave least by what each did alone."""
 _TAKES_MOST, _TAKES_NEARLY_ALL = 0.5, 0.25
-"""A third effect, or a further one, is sought where the last one left no more than this part of what was left beyond the
-noise, and kept where it leaves no more than this: any law takes a part of what has no name, and these are many."""
+"""A third effect, or a further one, is sought where the last one left less than this part of what was left beyond the
+noise, and kept where it leaves no more than this: any law takes a part of what has no name, and laws are many."""
 _BESIDE_MORE, _MORE_KEPT, _MOST_PRUNED = 20, 12, 3
 """Of three effects and more so many sets are screened, so many starts go on to all tracks, and of so many of the best
 every one must do worse with one effect less."""
@@ -93,7 +93,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
     if watch.is_late():
         watch.miss(["sets of 2 effects"])
         return [singles]
-    seeds = _seeds([f for f in found if not absent(problem, f)] or found, base.cost)
+    seeds = _seeds(problem, found, base.cost)
     is_little = problem.left(base) <= _LITTLE
     if not seeds or (is_little and _is_chance(problem, base, seeds[:_ASKED], len(singles))):
         return [singles]
@@ -113,18 +113,11 @@ def _two(
 ) -> list[list[Fitted]]:
     """Try two effects: the single ones, better where a pair's numbers say how, and the pairs. See `_beside`."""
     setup.watch.begin(LEVELS[1])
-    with setup.watch.within(_SHARE):
-        tries = _beside(setup, origins, screened, seeds, singles)
-        pairs = screen(setup, tries, kept=_FURTHER_KEPT, sets=_SETS, further=_FURTHER)
-        found = _in_full(setup, pairs, min(seed.cost for seed in seeds), enough)
+    tries = _beside(setup, origins, screened, seeds, singles)
+    found, pairs = _fitted(setup, tries, min(seed.cost for seed in seeds), enough, sets=_SETS, further=_FURTHER)
     if not found:
         return [list(singles)]
-    if not enough(found[0]):
-        found = swap(setup, found)
-    found = _other_minima(setup, simplify(setup, found))
-    with setup.watch.within(_RESTARTING):
-        singles = _pruned(setup, found[:1], singles)
-    return [list(singles), best_of_each([*found, *(s.fitted for s in pairs)])]
+    return [_pruned(setup, found[:1], singles), pairs]
 
 
 def _one_more(
@@ -144,33 +137,50 @@ def _one_more(
     """
     (fewer, *_), (best, *others) = levels
     count = len(best.hypothesis.effects)
-    if enough(best) or _rest(setup.problem, best) > _TAKES_MOST * _rest(setup.problem, fewer):
+    if enough(best) or _rest(setup.problem, best) >= _TAKES_MOST * _rest(setup.problem, fewer):
         return []
     if setup.watch.is_late():
         setup.watch.miss([f"sets of {count + 1} effects"])
         return []
     setup.watch.begin(LEVELS[count])
-    parts = setup.problem.eased(best)[:1]
-    first, *beside = (begun for seed in _seeds([best, *others], fewer.cost) for begun in Seed.on_parts(seed, parts))
+    seeds, parts = _seeds(setup.problem, [best, *others], fewer.cost), setup.problem.eased(best)[:1]
+    first, *beside = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
     starts = {s.start.effect.name: s.start for s in reversed(screened)}
-    with setup.watch.within(_SHARE):
-        tries = [
-            *all_starts([first], setup.library, setup.scales),
-            *_further(beside, starts),
-            *_at_what_is_left(setup, [first, *beside]),
-        ]
-        more = screen(setup, tries, kept=_FURTHER_KEPT, sets=_BESIDE_MORE, further=_MORE_KEPT)
-        found = _in_full(setup, more, best.cost, enough)
-    if not found:
+    tries = [
+        *all_starts([first], setup.library, setup.scales),
+        *_further(beside, starts),
+        *_at_what_is_left(setup, [first, *beside]),
+    ]
+    found, more = _fitted(setup, tries, best.cost, enough, sets=_BESIDE_MORE, further=_MORE_KEPT)
+    if not found or _rest(setup.problem, found[0]) > _TAKES_NEARLY_ALL * _rest(setup.problem, best):
         return []
+    return [_pruned(setup, found[:_MOST_PRUNED], levels[-1]), more]
+
+
+def _fitted(
+    setup: SearchSetup, tries: Sequence[Start], least: float, enough: Enough, *, sets: int, further: int
+) -> tuple[list[Fitted], list[Fitted]]:
+    """Sets of two effects or more, fitted from their starts.
+
+    Args:
+        setup: of the search.
+        tries: the starts.
+        least: what the fits that they start from cost.
+        enough: as for `search`.
+        sets, further: see `screen`.
+
+    Returns:
+        The promising sets, fitted in full, and these with all that were screened; best first.
+    """
+    with setup.watch.within(_SHARE):
+        screened = screen(setup, tries, kept=_FURTHER_KEPT, sets=sets, further=further)
+        found = _in_full(setup, screened, least, enough)
+    if not found:
+        return [], []
     if not enough(found[0]):
         found = swap(setup, found)
     found = _other_minima(setup, simplify(setup, found))
-    if _rest(setup.problem, found[0]) > _TAKES_NEARLY_ALL * _rest(setup.problem, best):
-        return []
-    with setup.watch.within(_RESTARTING):
-        level = _pruned(setup, found[:_MOST_PRUNED], levels[-1])
-    return [level, best_of_each([*found, *(s.fitted for s in more)])]
+    return found, best_of_each([*found, *(s.fitted for s in screened)])
 
 
 def _rest(problem: Problem, fitted: Fitted) -> float:
@@ -243,7 +253,8 @@ def _pruned(setup: SearchSetup, best: Sequence[Fitted], fewer: Sequence[Fitted])
     before = {f.hypothesis.key: f.cost for f in fewer}
     found = best_of_each(f for one in best for f in prune(setup.problem, one, setup.executor))
     better = [f for f in found if f.cost < before.get(f.hypothesis.key, math.inf)]
-    return best_of_each([*fewer, *(random_restarts(setup, better) if better else [])])
+    with setup.watch.within(_RESTARTING):
+        return best_of_each([*fewer, *(random_restarts(setup, better) if better else [])])
 
 
 def _made_up(setup: SearchSetup, tries: Sequence[Start], found: Sequence[Fitted]) -> list[Fitted]:
@@ -256,10 +267,14 @@ def _made_up(setup: SearchSetup, tries: Sequence[Start], found: Sequence[Fitted]
     return best_of_each([*found, *(s.fitted for s in screened)])
 
 
-def _seeds(found: Sequence[Fitted], before: float) -> list[Fitted]:
-    """The fits that a further effect is added to: the best ones, if they gained anything worth while."""
-    gain = before - found[0].cost
-    return [f for f in found if before - f.cost > _WORTH * gain][:_MOST_SEEDS]
+def _seeds(problem: Problem, found: Sequence[Fitted], before: float) -> list[Fitted]:
+    """The fits that a further effect is added to: the best ones, if they gained anything worth while.
+
+    Of those that show in the recordings, where any does.
+    """
+    shown = [f for f in found if not absent(problem, f)] or found
+    gain = before - shown[0].cost
+    return [f for f in shown if before - f.cost > _WORTH * gain][:_MOST_SEEDS]
 
 
 def _is_chance(problem: Problem, before: Fitted, seeds: Sequence[Fitted], tried: int) -> bool:

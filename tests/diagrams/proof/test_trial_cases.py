@@ -6,7 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mmt_drake.diagrams.proof.trial.cases import Case, draw_pair, draw_plain, draw_single
+from mmt_drake.diagrams.proof.trial.cases import (
+    _EXCLUSIVE,
+    PLAIN,
+    Case,
+    draw_plain,
+    draw_several,
+    draw_single,
+    visibility,
+)
 from mmt_drake.diagrams.proof.trial.laws import INSIDE, LAWS, OUTSIDE
 from mmt_drake.diagrams.proof.trial.motions import draw_motion
 from mmt_drake.diagrams.proof.trial.other_cases import DRIVEN, MATERIAL, TRANSMISSION, draw_driven, draw_material
@@ -102,11 +110,13 @@ def test_a_clean_case_has_the_exact_model_and_a_wrong_one_has_not() -> None:
     assert clean.truth()["truth"] == wrong.truth()["truth"] == []
 
 
-def test_a_pair_is_two_effects_that_are_plain_each() -> None:
-    case = draw_pair(rng(3), "pair")
-    names = [effect.name for effect in case.effects]
-    assert len(set(names)) == 2
-    assert case.visibility > 3.0
+@pytest.mark.parametrize(("kind", "count"), [("pair", 2), ("triple", 3)])
+def test_several_effects_are_plain_each_and_none_stands_in_another_s_place(kind: str, count: int) -> None:
+    case = draw_several(rng(3), kind, count)
+    names = {effect.name for effect in case.effects}
+    assert case.kind == kind and len(names) == count
+    assert all(visibility(case.base, (effect,), case.session) > PLAIN for effect in case.effects)
+    assert all(len(names & set(exclusive)) < 2 for exclusive in _EXCLUSIVE)
 
 
 def test_a_recording_is_its_true_reading_and_white_noise_of_the_size_stated() -> None:
@@ -136,7 +146,7 @@ def test_a_trial_holds_every_effect_and_all_other_kinds_of_cases(trial: list[Cas
     )
     assert singles == dict.fromkeys(SIZES, 1)
     kinds = Counter(case.kind for case in trial)
-    assert min(kinds[kind] for kind in ("none", "parameters", "pair")) >= 5
+    assert min(kinds[kind] for kind in ("none", "parameters", "pair")) >= 5 and kinds["triple"] >= 3
     for structure, effects in (("driven_body", DRIVEN), ("transmission", TRANSMISSION)):
         assert {c.effects[0].name for c in trial if c.nominal["structure"] == structure and c.effects} == set(effects)
 
@@ -154,7 +164,7 @@ def test_the_same_seed_gives_the_same_seal_and_another_seed_another() -> None:
         one = rng(seed)
         return [
             draw_single(one, "a", "end_stop", 0.5),
-            draw_pair(one, "b"),
+            draw_several(one, "b", 2),
             draw_plain(one, "c", wrong=True),
             draw_driven(one, "d", "stribeck_friction", 0.5, wrong=True),
             draw_material(one, "e", "hysteresis", 0.5, wrong=False),

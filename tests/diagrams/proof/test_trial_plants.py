@@ -58,11 +58,11 @@ def test_along_one_axis_both_plants_give_the_same_force(name: str) -> None:
 def test_a_trial_by_the_foreign_plant_conceals_what_it_has_in_flexible_boxes(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = []
     monkeypatch.setattr(run, "draw_single", lambda rng, name, effect, size, plant: drawn.append((effect, plant)))
-    monkeypatch.setattr(run, "draw_pair", lambda rng, name, plant: drawn.append(("pair", plant)))
+    monkeypatch.setattr(run, "draw_several", lambda rng, name, count, plant: drawn.append((name, plant)))
     monkeypatch.setattr(run, "draw_plain", lambda rng, name, wrong, plant: drawn.append(("plain", plant)))
     list(run._ordered(np.random.default_rng(0), 1, FOREIGN))
     assert {plant for _, plant in drawn} == {FOREIGN}
-    assert {name for name, _ in drawn} == {*INSIDE, *OUTSIDE, "pair", "plain"} - set(NOT_IN_A_PLANE)
+    assert {name for name, _ in drawn} == {*INSIDE, *OUTSIDE, "pair", "triple", "plain"} - set(NOT_IN_A_PLANE)
 
 
 def test_its_hands_move_along_both_axes_and_static_friction_has_no_band() -> None:

@@ -50,7 +50,7 @@ BLOCKS = {
 
 
 def truth(*names: str, kind: str | None = None, Fc: float = 0.4) -> dict[str, Any]:
-    kinds = {0: "none", 1: "single", 2: "pair"}
+    kinds = {0: "none", 1: "single", 2: "pair", 3: "triple"}
     return {
         "case": "case-0001",
         "structure": "flexible_box",
@@ -275,10 +275,20 @@ def test_the_confusion_matrix_counts_every_case_once() -> None:
         ("static_friction", "static_friction"): 1,
         ("static_friction", "stribeck_friction"): 1,
         ("time_delay", "no_mismatch"): 1,
-        ("two effects", "both"): 1,
+        ("two effects", "all"): 1,
         ("outside: table_vibration", "unexplained"): 1,
         ("nothing", "no_mismatch"): 1,
     }
+
+
+def test_three_effects_are_counted_by_themselves_and_right_if_all_three_are_named() -> None:
+    names = "static_friction", "time_delay", "periodic_disturbance"
+    scores = [score(truth(*names), answer("missing_physics", *said), 2.0) for said in (names, names[:2])]
+    found = summarise(scores)
+    assert found["right_triples"] == 0.5 and found["right_pairs"] is None and found["false_name_rate"] == 0.0
+    assert set(found["sizes"]) == {"triples"}
+    rows, columns, counts = confusion(scores)
+    assert rows == ["three effects"] and dict(zip(columns, counts[0], strict=True)) == {"all": 1, "static_friction": 1}
 
 
 def test_the_json_has_the_contract_s_keys_and_the_tables_a_row_per_figure_and_effect() -> None:
