@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
 from mmt_drake.diagnosis.decide.confirm import is_confirmed
-from mmt_drake.diagnosis.decide.delivered import agreed, outstanding
+from mmt_drake.diagnosis.decide.delivered import agreed, outstanding, surely_there
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.dilution import undiluted
@@ -261,6 +261,10 @@ class _LawSession(DiagnosisSession):
         self.watch.begin(_MINIMUM)
         # Above that what is named may stand in a poor minimum: intervals say nothing of a better one elsewhere.
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
+        there = surely_there(standard.problem, best, fits)
+        if not there.hypothesis.effects or (there is not best and not sure):
+            return None
+        best = there
         shares = self.shares(standard.problem, best, fits)
         if sure and (fewer := outstanding(standard.problem, best, shares, fits)) is not best:
             best, shares = fewer, self.shares(standard.problem, fewer, fits)

@@ -12,9 +12,11 @@ Easily confused with:
 - `stiffness_step`: both change the object at one moment; slow strokes tell them apart, in which a mass does not show.
 """
 
+from collections.abc import Callable
+
 from numba import njit
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Scales, Values
 from mmt_drake.effects.passivity import Passive
 from mmt_drake.errors import BadInput
 from mmt_drake.model.laws import ActiveLaw, At, Numbers, Own, Result, Slot, law
@@ -55,6 +57,23 @@ def _check(model: Structure, values: Values, source: str) -> None:
         raise BadInput(source, at="dm", found=f"{dm:g}", expected=f"more than -{m:g} kg, the mass of the body")
 
 
+def within(signal: str) -> Callable[[Values, Ranges], bool]:
+    """The `engages` of what happens once: neither as soon as anything shows, nor as long as that.
+
+    A first touch is unlike the rest, and a moment of it is no state that something was in before.
+    """
+
+    def happens(values: Values, ranges: Ranges) -> bool:
+        first, last = ranges[signal]
+        margin = _MARGIN * (last - first)
+        return first + margin < values["time"] < last - margin
+
+    return happens
+
+
+_MARGIN = 0.01
+
+
 def _starts(scales: Scales) -> list[Values]:
     times = [k / 21.0 * scales.duration for k in range(1, 21)]
     return [{"time": time, "dm": part * scales.mass} for time in times for part in (0.3, -0.3)]
@@ -71,6 +90,6 @@ EFFECT = Effect(
     inertial=True,
     passive=Passive("dm <= 0", lambda model, values: bool(values["dm"] <= 0.0)),
     check=_check,
-    engages=lambda values, ranges: ranges["time"][0] < values["time"] < ranges["time"][1],
+    engages=within("time"),
     starts=_starts,
 )

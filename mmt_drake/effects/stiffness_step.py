@@ -13,7 +13,7 @@ Easily confused with:
 from math import inf
 
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
-from mmt_drake.effects.mass_change import passed
+from mmt_drake.effects.mass_change import passed, within
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
@@ -33,6 +33,6 @@ EFFECT = Effect(
     law=_step,
     uses=("k2",),
     sought_beside=("k2",),
-    engages=lambda values, ranges: ranges["time"][0] < values["time"] < ranges["time"][1],
+    engages=within("time_in_contact"),
     starts=lambda scales: [{"time": k / 13.0 * scales.duration, "loss": 0.3} for k in range(1, 13)],
 )

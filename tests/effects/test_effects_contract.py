@@ -300,6 +300,13 @@ def test_what_is_too_slow_for_the_recording_does_not_happen_in_it(name, symbol, 
     assert engages({"Fc": 1.0, symbol: shows}, ranges) and not engages({"Fc": 1.0, symbol: hidden}, ranges)
 
 
+@pytest.mark.parametrize(("name", "signal"), [("mass_change", "time"), ("stiffness_step", "time_in_contact")])
+def test_what_happens_once_does_not_as_soon_as_anything_shows(name, signal):
+    engages = LIBRARY[name].engages
+    shown = {"time": (0.0, 30.0), "time_in_contact": (1.0, 21.0), signal: (1.0, 21.0)}
+    assert [engages({"time": time}, shown) for time in (1.1, 1.3, 20.7, 20.9)] == [False, True, True, False]
+
+
 def test_smooth_friction_that_sets_in_at_once_is_coulomb_friction():
     smooth, moving = LIBRARY["smooth_coulomb_friction"], {"sliding_velocity": (-0.2, 0.2)}
     for m, at_once, gradually in ((1.0, 0.002, 0.003), (0.0, 1.9e-4, 2.1e-4)):  # of 1 N and 1 kg the steepest: 2.5 mm/s

@@ -6,6 +6,7 @@ from mmt_drake.diagnosis.decide.budget import NAMELESS, BudgetPart
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.validate import intervals, within_reach_of_nothing
 
 CLEARLY = 4.0
 """An effect beside others is worth naming if its share is so many times that of what nobody has named: it may have
@@ -45,6 +46,20 @@ def _takes_next_to_nothing(best: Fitted, alone: Fitted, fits: Sequence[Fitted]) 
     """Whether a fit gains next to nothing over that of some of its effects alone, beside what these gain."""
     nothing = max(f.cost for f in fits if not f.hypothesis.effects)
     return alone.cost - best.cost <= BESIDE_THE_COMMON * (nothing - alone.cost)
+
+
+def surely_there(problem: Problem, best: Fitted, fits: Sequence[Fitted]) -> Fitted:
+    """The fit without those effects that may as well be nothing, by the intervals that are told; itself if none may.
+
+    These allow for what nameless laws may hide, so that an effect which only stands for one of them is as wide as that.
+
+    Args:
+        problem: what was fitted.
+        best: the fit.
+        fits: what was held against each other.
+    """
+    unsure = within_reach_of_nothing(best, intervals(problem, best))
+    return _fit_of(problem, best, best.hypothesis.without(*unsure), fits) if unsure else best
 
 
 def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fits: Sequence[Fitted]) -> Fitted:

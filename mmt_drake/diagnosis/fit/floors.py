@@ -124,8 +124,6 @@ def _noisier_input(smoothed: Smoothed, generator: np.random.Generator, sign: flo
     shape = smoothed.input.shape
     white = sign * generator.standard_normal(shape)
     smooth_noise = smoothed.low_pass.apply(white, rate)
-    smooth_noise /= np.maximum(smooth_noise.std(axis=0), 1e-300)
-    u = smooth_noise * smoothed.input_rate_noise
     # Position and rate belong to each other; below the corner the position's own noise holds the integral back.
     corner = np.divide(
         smoothed.input_rate_noise, smoothed.input_noise, out=np.zeros(shape[1]), where=smoothed.input_noise > 0.0
@@ -133,6 +131,9 @@ def _noisier_input(smoothed: Smoothed, generator: np.random.Generator, sign: flo
     x = np.zeros(shape)
     decay = np.exp(-np.minimum(corner, rate) / rate)
     for i, a in enumerate(decay.tolist()):
-        x[:, i] = lfilter([1.0 / rate], [1.0, -a], u[:, i])
+        x[:, i] = lfilter([1.0 / rate], [1.0, -a], smooth_noise[:, i])
+    u = smooth_noise - np.minimum(corner, rate) * x
+    size = smoothed.input_rate_noise / np.maximum(u.std(axis=0), 1e-300)
+    u, x = size * u, size * x
     moving = smoothed.input_rate != 0.0  # a standstill has no noise left
     return replace(smoothed, input=smoothed.input + x * moving, input_rate=smoothed.input_rate + u * moving)

@@ -109,15 +109,16 @@ def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:
     found: dict[str, tuple[float, float]] = {}
     for track in problem.tracks:
         _, states = track.replay(fitted.model, problem.coarse, fitted.late)
-        used = track.weight > 0.0
-        since_touch = track.smoothed.contact.since(track.time)
-        own = {**states, "time": track.time - track.time[0], "since_touch": since_touch}
-        own["step"] = np.full(len(track.time), track.smoothed.clock.step)
+        smoothed, used = track.smoothed, track.weight > 0.0
+        own = {**states, "time": track.time - track.time[0], "since_touch": smoothed.contact.since(track.time)}
+        own["step"] = np.full(len(track.time), smoothed.clock.step)
         if not isinstance(track, NormalTrack):
             own["force"] = track.measured
-        for name, values in own.items():
+        seen = {name: values[used] for name, values in own.items()}
+        seen["time_in_contact"] = own["time"][used & smoothed.in_contact]
+        for name, values in seen.items():
             low, high = found.get(name, (math.inf, -math.inf))
-            found[name] = (min(low, float(values[used].min())), max(high, float(values[used].max())))
+            found[name] = (float(values.min(initial=low)), float(values.max(initial=high)))
     return found
 
 

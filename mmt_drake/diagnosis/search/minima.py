@@ -122,7 +122,11 @@ def _instead(
         return []
     problem = setup.problem
     hypothesis = best.hypothesis.without(effect.name)
-    rest = problem.at(hypothesis, best.numbers_for(hypothesis))
+    starts = best.numbers_for(hypothesis), hypothesis.vector({}, best.effect_values)
+    # An object may be stable with the effect alone: then its rest is that with the numbers handed in.
+    rest = next((fit for x in starts if (fit := attempt(problem.at, hypothesis, x)) is not None), None)
+    if rest is None:
+        return []
     tries = all_starts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, setup.scales)
     known = {**best.structure_values, **best.effect_values[effect.name]}
     own = [(start.effect.name, start.values) for start in tries]
