@@ -13,7 +13,7 @@ from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, con
 from mmt_drake.diagnosis.fit.floors import noise_kept_out, noise_through
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.tell.outcome import _core, _untried_for
+from mmt_drake.diagnosis.tell.outcome import _untried_for
 from mmt_drake.effects import LIBRARY
 
 RUBBING = recorded(COULOMB, seed=3, seconds=10.0)
@@ -290,12 +290,6 @@ def test_what_stands_at_a_bound_is_a_rival_unless_it_draws_a_member(problem, fit
     some = [fits[""], single, fits["hysteresis"], fits["coulomb_friction force_bias"]]
     held = ConfidenceSet.of(problem, some, {f.hypothesis.key: f.hypothesis.key for f in some[2:]})
     assert held.members == (single,) and held.rivals == (fits["hysteresis"],)
-
-
-def test_a_number_is_lost_in_its_uncertainty_where_that_is_ten_times_as_large() -> None:
-    for value, interval, lost in ((-0.0024, (-0.2, 0.2), True), (2.0, (0.0, 100.0), True), (20.6, (0.0, 42.3), False)):
-        low, high = _core(value, interval)
-        assert (low < 0.0 < high) == lost and low < value < high
 
 
 def test_what_was_not_tried_beside_the_rest_of_a_set_counts_for_the_one_in_its_place(fits) -> None:

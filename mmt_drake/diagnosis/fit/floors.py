@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy import fft
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import DrivenTrack, Track
@@ -119,21 +119,17 @@ def noisier(track: Track, generator: np.random.Generator, sign: float = 1.0) -> 
 
 
 def _noisier_input(smoothed: Smoothed, generator: np.random.Generator, sign: float) -> Smoothed:
-    """The recording with as much noise again on its smoothed input."""
-    rate = smoothed.rate_hz
-    shape = smoothed.input.shape
+    """The recording with as much noise again on its smoothed input.
+
+    As `Fusion` leaves it of white noise on both columns: that of the position has a density in proportion to
+    1 / (a^2 + w^2), within the band, and that of its rate is the derivative of it.
+    """
+    shape, crossover = smoothed.input.shape, smoothed.input_crossover
     white = sign * generator.standard_normal(shape)
-    smooth_noise = smoothed.low_pass.apply(white, rate)
-    # Position and rate belong to each other; below the corner the position's own noise holds the integral back.
-    corner = np.divide(
-        smoothed.input_rate_noise, smoothed.input_noise, out=np.zeros(shape[1]), where=smoothed.input_noise > 0.0
-    )
-    x = np.zeros(shape)
-    decay = np.exp(-np.minimum(corner, rate) / rate)
-    for i, a in enumerate(decay.tolist()):
-        x[:, i] = lfilter([1.0 / rate], [1.0, -a], smooth_noise[:, i])
-    u = smooth_noise - np.minimum(corner, rate) * x
-    size = smoothed.input_rate_noise / np.maximum(u.std(axis=0), 1e-300)
-    u, x = size * u, size * x
+    spectrum = fft.rfft(smoothed.low_pass.apply(white, smoothed.rate_hz), axis=0)
+    w = 2.0 * np.pi * fft.rfftfreq(shape[0], 1.0 / smoothed.rate_hz)[:, np.newaxis]
+    spectrum = spectrum / np.where(np.isfinite(crossover), np.hypot(crossover, w), 1.0)
+    x, u = (fft.irfft(own, shape[0], axis=0) for own in (spectrum, 1j * w * spectrum))
     moving = smoothed.input_rate != 0.0  # a standstill has no noise left
-    return replace(smoothed, input=smoothed.input + x * moving, input_rate=smoothed.input_rate + u * moving)
+    size = smoothed.input_rate_noise / np.maximum(u.std(axis=0), 1e-300) * moving
+    return replace(smoothed, input=smoothed.input + size * x, input_rate=smoothed.input_rate + size * u)

@@ -92,12 +92,14 @@ class FusedMotion:
     Attributes:
         position, velocity: (n,); the second is the rate of the first.
         position_noise, velocity_noise: deviations of what is left of the noise.
+        crossover: a [rad/s], as of `Fusion`; infinity where the position alone was used.
     """
 
     position: Array
     velocity: Array
     position_noise: float
     velocity_noise: float
+    crossover: float
 
 
 def smoothed_motion(
@@ -123,8 +125,9 @@ def smoothed_motion(
     if all(math.isinf(band) for band in bands):
         derived = np.gradient(position, 1.0 / rate_hz, axis=0) if velocity is None else velocity
         left = noise * rate_hz / math.sqrt(2.0) if velocity is None else velocity_noise
+        used = velocity is not None
         columns = zip(position.T, derived.T, noise, left, strict=True)
-        return [FusedMotion(p, u, float(sp), float(su)) for p, u, sp, su in columns], velocity is not None
+        return [FusedMotion(p, u, float(sp), float(su), _crossover(used, sp, su)) for p, u, sp, su in columns], used
     alone = [_axis(p, None, rate_hz, band, sp, math.inf) for p, band, sp in zip(position.T, bands, noise, strict=True)]
     if velocity is None:
         return alone, False
@@ -143,7 +146,7 @@ def _axis(
     position: Array, velocity: Array | None, rate_hz: float, band: float, noise: float, other: float
 ) -> FusedMotion:
     """One axis (n,), its velocity with noise `other` used or None."""
-    crossover = math.inf if velocity is None or noise == 0.0 else max(_SLOWEST_CROSSOVER, other / noise)
+    crossover = _crossover(velocity is not None, noise, other)
     filters = fusion(LowPass(band), rate_hz, crossover)
     reach = min(filters.reach, len(position) - 1)
     cut = slice(filters.reach - reach, filters.reach + reach + 1)
@@ -153,7 +156,14 @@ def _axis(
     if u is not None and filters.position_from_u is not None and filters.velocity_from_u is not None:
         smoothed = smoothed + _through(u, filters.position_from_u[cut])
         rate = rate + _through(u, filters.velocity_from_u[cut])
-    return FusedMotion(smoothed, rate, *filters.noise(noise, 0.0 if velocity is None else other))
+    return FusedMotion(smoothed, rate, *filters.noise(noise, 0.0 if velocity is None else other), crossover)
+
+
+def _crossover(uses_velocity: bool, position_noise: float, velocity_noise: float) -> float:
+    """a of `Fusion` [rad/s]."""
+    if not uses_velocity or position_noise == 0.0:
+        return math.inf
+    return max(_SLOWEST_CROSSOVER, float(velocity_noise / position_noise))
 
 
 def _through(padded: Array, taps: Array) -> Array:

@@ -33,9 +33,6 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
 
-_CORE = 0.1
-"""A number that is less than so much of its uncertainty may be anything."""
-
 
 @dataclass(frozen=True)
 class Outcome:
@@ -152,12 +149,9 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     if named is not None and believed is not None:
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
-        cores = [_core(*own) for own in zip(delivered.x, known_to, strict=True)]
-        lost = fitted & within_reach_of_nothing(delivered, cores)
         may_be_nothing = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
         depths = {
-            e.name: _depth(e, named, believed, judgement, e.name in may_be_nothing, e.name in lost)
-            for e in named.hypothesis.effects
+            e.name: _depth(e, named, believed, judgement, e.name in may_be_nothing) for e in named.hypothesis.effects
         }
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
@@ -187,15 +181,15 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
 
 
 def _depth(
-    effect: Effect, named: Fitted, believed: ConfidenceSet, judgement: Judgement, may_be_nothing: bool, lost: bool
+    effect: Effect, named: Fitted, believed: ConfidenceSet, judgement: Judgement, may_be_nothing: bool
 ) -> Depth | None:
     """How deep the name of an effect holds; None where not even its block is sure.
 
     Args:
         effect: of the set that is named.
         named, believed, judgement: that set, those that are not ruled out, and what was made of them.
-        may_be_nothing: whether the interval of its number reaches the value at which it does nothing.
-        lost: whether even the core of the interval does: a name then says no more than the block.
+        may_be_nothing: whether the interval of its number, beside a table it may be, reaches the value at which it does
+            nothing.
     """
     if judgement.verdict == "ambiguous":
         return None
@@ -204,15 +198,8 @@ def _depth(
     untried = _untried_for(effect, named, judgement.untried, nameless > MOST_NAMELESS * own)
     may_be_other = may_be_nothing or effect.name in judgement.bent
     depth = beside_the_nameless(believed.depth(effect), own, nameless, may_be_other, shares[SHARED])
-    depth = "block" if lost and depth is not None else depth
     depth = beside_a_greater(depth, effect, {e: shares[e.name] for e in named.hypothesis.effects})
     return beside_the_untried(beside_its_kin(depth, effect, named.hypothesis.effects), effect, untried)
-
-
-def _core(value: float, interval: tuple[float, float]) -> tuple[float, float]:
-    """The inner part of an interval, about the value; of one that a bound cuts off, by its longer side."""
-    half = _CORE * max(value - interval[0], interval[1] - value)
-    return value - half, value + half
 
 
 def _untried_for(effect: Effect, named: Fitted, untried: Iterable[str], more_is_missing: bool = False) -> list[Effect]:
