@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from trial_samples import model, named
 
+from mmt_drake.diagnosis.decide import delivered
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
-from mmt_drake.diagnosis.decide.delivered import CLEARLY, agreed, outstanding
+from mmt_drake.diagnosis.decide.delivered import CLEARLY, agreed, outstanding, surely_there
 from mmt_drake.diagnosis.fit.problem import Fitted
 
 NAMELESS = 0.01
@@ -38,6 +39,20 @@ def test_an_effect_is_delivered_only_where_it_stands_out_from_what_nobody_has_na
     assert outstanding(problem, both, shares, fits).hypothesis.names == left
 
 
+@pytest.mark.parametrize(
+    ("bias", "left"), [((0.1, 0.5), ("coulomb_friction", "force_bias")), ((-0.1, 0.5), ("coulomb_friction",))]
+)
+def test_an_effect_whose_interval_as_it_is_told_holds_nothing_is_not_delivered(
+    bias: tuple[float, float], left: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = named("coulomb_friction", "force_bias")
+    told = {"Fc": (0.2, 0.4), "bias": bias}
+    spans = [told.get(parameter.symbol, (1.0, 2.0)) for parameter in both.hypothesis.free_parameters()]
+    monkeypatch.setattr(delivered, "intervals", lambda problem, fitted: spans)
+    problem: Any = None
+    assert surely_there(problem, both, [both, named("coulomb_friction")]).hypothesis.names == left
+
+
 def leaving(cost: float, *names: str) -> Fitted:
     """A fit with these effects, beside friction of the model's own, and what it leaves."""
     fitted = named(*names)
@@ -61,8 +76,8 @@ def test_equals_beside_a_law_leave_that_law_sure_where_they_take_next_to_nothing
     chances = {pushed.hypothesis.key: 1.0, uneven.hypothesis.key: 0.9}
     believed = ConfidenceSet((pushed, uneven), chances, frozenset(chances), {})
     problem: Any = None
-    delivered, is_sure = agreed(problem, believed, [leaving(100.0), spring, pushed, uneven])
-    assert (tuple(sorted(delivered.hypothesis.names)), is_sure) == (names, sure)
+    found, is_sure = agreed(problem, believed, [leaving(100.0), spring, pushed, uneven])
+    assert (tuple(sorted(found.hypothesis.names)), is_sure) == (names, sure)
 
 
 @pytest.mark.parametrize(
@@ -76,5 +91,5 @@ def test_what_another_explanation_does_without_is_delivered_only_where_it_takes_
     chances = {biased.hypothesis.key: 1.0, dragged.hypothesis.key: 0.9}
     believed = ConfidenceSet((biased, dragged), chances, frozenset(chances), {})
     problem: Any = None
-    delivered, is_sure = agreed(problem, believed, [leaving(100.0), spring, biased, dragged])
-    assert (tuple(sorted(delivered.hypothesis.names)), is_sure) == (names, True)
+    found, is_sure = agreed(problem, believed, [leaving(100.0), spring, biased, dragged])
+    assert (tuple(sorted(found.hypothesis.names)), is_sure) == (names, True)

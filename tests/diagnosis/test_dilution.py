@@ -8,6 +8,7 @@ from trial_samples import BASE, beside, model, problem_of, recorded
 
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.dilution import undiluted
+from mmt_drake.diagnosis.fit.floors import noisier
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.recording import Recording
 from mmt_drake.recording.check import completed
@@ -40,6 +41,24 @@ def test_a_damper_that_noise_has_weakened_is_as_strong_as_with_a_fifth_of_the_no
         moved.append([b.structure_values["b2"] / a.structure_values["b2"] - 1.0 for a, b in pairs])
     before, after = np.mean(moved, axis=0)
     assert before < -0.008 and abs(after) < 0.3 * abs(before)
+
+
+@pytest.mark.parametrize("has_velocity", [True, False])
+def test_noise_that_is_added_is_that_of_the_smoother(has_velocity: bool) -> None:
+    """Its rate is made as large as the smoother says; its position comes out as large as the smoother's taps say."""
+    recording = recorded(seed=2, seconds=20.0)
+    problem, _ = fitted_to(recording if has_velocity else noisy(recording, 0.0))
+    track = problem.tracks[0]
+    own, more = track.smoothed, noisier(track, np.random.default_rng(7)).smoothed
+    assert own.uses_velocity is has_velocity
+    for axis in range(3):
+        moving = own.input_rate[:, axis] != 0.0  # a standstill has no noise left
+        x, u = (more.input - own.input)[:, axis], (more.input_rate - own.input_rate)[:, axis]
+        assert np.std(u[moving]) == pytest.approx(own.input_rate_noise[axis], rel=0.02)
+        assert np.std(x[moving]) == pytest.approx(own.input_noise[axis], rel=0.1)
+        # Below the crossover the position is the better source: a steady speed has next to no noise.
+        density = np.abs(np.fft.rfft(u))
+        assert density[1:11].mean() < 0.2 * density[100:300].mean()
 
 
 def test_a_fit_of_an_input_without_noise_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import attempt
 from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.structure import Structure
+from mmt_drake.numeric.zero_phase import LowPass
 
 LEAST_NOISE = 1e-4
 """No model is held to more than this part of what was measured, however little noise there is; of a closed loop, which
@@ -124,12 +125,14 @@ def _noisier_input(smoothed: Smoothed, generator: np.random.Generator, sign: flo
     As `Fusion` leaves it of white noise on both columns: that of the position has a density in proportion to
     1 / (a^2 + w^2), within the band, and that of its rate is the derivative of it.
     """
-    shape, crossover = smoothed.input.shape, smoothed.input_crossover
-    white = sign * generator.standard_normal(shape)
-    spectrum = fft.rfft(smoothed.low_pass.apply(white, smoothed.rate_hz), axis=0)
-    w = 2.0 * np.pi * fft.rfftfreq(shape[0], 1.0 / smoothed.rate_hz)[:, np.newaxis]
+    n, crossover, rate_hz = len(smoothed.time), smoothed.input_crossover, smoothed.clock.rate_hz
+    white = sign * generator.standard_normal((n * smoothed.every, len(crossover)))
+    pairs = zip(white.T, smoothed.input_band_hz, strict=True)
+    within = np.column_stack([LowPass(float(band)).apply(own, rate_hz, smoothed.every) for own, band in pairs])
+    spectrum = fft.rfft(within, axis=0)
+    w = 2.0 * np.pi * fft.rfftfreq(n, 1.0 / smoothed.rate_hz)[:, np.newaxis]
     spectrum = spectrum / np.where(np.isfinite(crossover), np.hypot(crossover, w), 1.0)
-    x, u = (fft.irfft(own, shape[0], axis=0) for own in (spectrum, 1j * w * spectrum))
+    x, u = (fft.irfft(own, n, axis=0) for own in (spectrum, 1j * w * spectrum))
     moving = smoothed.input_rate != 0.0  # a standstill has no noise left
     size = smoothed.input_rate_noise / np.maximum(u.std(axis=0), 1e-300) * moving
     return replace(smoothed, input=smoothed.input + size * x, input_rate=smoothed.input_rate + size * u)

@@ -61,6 +61,7 @@ class Smoothed:
             lies; 0 for one that does not move.
         noise: of every recorded column that was read, by name.
         input_noise, input_rate_noise, output_noise: (k,) deviations of what is left of it here.
+        input_band_hz: (k,) that the smoothed motion of each axis has.
         input_crossover: (k,) [rad/s] below which a position was the better source of its motion, see `Fusion`.
         input_filter: that the input of a driven body went through.
         rest: the force sensor in free space, where there was any.
@@ -88,6 +89,7 @@ class Smoothed:
     input_noise: Array
     input_rate_noise: Array
     output_noise: Array
+    input_band_hz: Array
     input_crossover: Array
     input_filter: LowPass
     resampling_error: Array
@@ -225,6 +227,7 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         input_noise=_left_of_input(columns, every) if driven else np.array([axis.position_noise for axis in motion]),
         input_rate_noise=np.zeros(1) if driven else np.array([axis.velocity_noise for axis in motion]),
         output_noise=np.array([gain * noise[name].white_std(clock.rate_hz) for name in outputs]),
+        input_band_hz=np.array(bands.moving_hz),
         input_crossover=np.array([axis.crossover for axis in motion]),
         input_filter=columns.input_filter,
         resampling_error=bands.resampling_error,
