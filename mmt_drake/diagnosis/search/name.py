@@ -145,10 +145,9 @@ def _one_more(
     setup.watch.begin(LEVELS[count])
     seeds, parts = _seeds(setup.problem, [best, *others], fewer.cost), setup.problem.eased(best)[:1]
     first, *beside = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
-    starts = {s.start.effect.name: s.start for s in reversed(screened)}
     tries = [
         *all_starts([first], setup.library, setup.scales),
-        *_further(beside, starts),
+        *_further(beside, _best_starts(screened)),
         *_at_what_is_left(setup, [first, *beside]),
     ]
     found, more = _fitted(setup, tries, best.cost, enough, sets=_BESIDE_MORE, further=_MORE_KEPT)
@@ -231,7 +230,7 @@ def _beside(
     """
     parts = setup.problem.eased(seeds[0])[:1]
     first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
-    starts = {s.start.effect.name: s.start for s in reversed(screened)}
+    starts = _best_starts(screened)
     base, *nominal = {id(origin.fitted): origin.fitted for origin in origins}.values()
     alone = [(base, singles), *((one, _from(one, screened)) for one in nominal)]
     return [
@@ -241,6 +240,11 @@ def _beside(
         *_together(setup, singles, [replace(start, seed=origins[0]) for start in starts.values()]),
         *(start for origin, fits in alone for start in _added(setup.problem, origin, fits)),
     ]
+
+
+def _best_starts(screened: Sequence[Screened]) -> dict[str, Start]:
+    """Of each effect the start from which screening, its best first, went furthest."""
+    return {s.start.effect.name: s.start for s in reversed(screened)}
 
 
 def _from(origin: Fitted, screened: Sequence[Screened]) -> list[Fitted]:
