@@ -12,6 +12,9 @@ CLEARLY = 4.0
 """An effect beside others is worth naming if its share is so many times that of what nobody has named: it may have
 taken from that alone."""
 
+_CORE = 0.5
+"""Of an interval the part that is its core: one deviation to either side."""
+
 BESIDE_THE_COMMON = 0.1
 """What not all explanations have is not said if it takes no more than this part of what is common to all takes."""
 
@@ -49,17 +52,25 @@ def _takes_next_to_nothing(best: Fitted, alone: Fitted, fits: Sequence[Fitted]) 
 
 
 def surely_there(problem: Problem, best: Fitted, fits: Sequence[Fitted]) -> Fitted:
-    """The fit without those effects that may as well be nothing, by the intervals that are told; itself if none may.
+    """The fit without those effects of which even the core of the told interval holds nothing; itself if there is none.
 
-    These allow for what nameless laws may hide, so that an effect which only stands for one of them is as wide as that.
+    These intervals allow for what nameless laws may hide, so that an effect which only stands for one of them is as
+    wide as that. Where no more than the ends hold nothing the name is told, and no surer than its family.
 
     Args:
         problem: what was fitted.
         best: the fit.
         fits: what was held against each other.
     """
-    unsure = within_reach_of_nothing(best, intervals(problem, best))
+    cores = [_core(float(value), span) for value, span in zip(best.x, intervals(problem, best), strict=True)]
+    unsure = within_reach_of_nothing(best, cores)
     return _fit_of(problem, best, best.hypothesis.without(*unsure), fits) if unsure else best
+
+
+def _core(value: float, interval: tuple[float, float]) -> tuple[float, float]:
+    """The inner part of an interval, about the value; of one that a bound cuts off, by its longer side."""
+    half = _CORE * max(value - interval[0], interval[1] - value)
+    return value - half, value + half
 
 
 def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fits: Sequence[Fitted]) -> Fitted:

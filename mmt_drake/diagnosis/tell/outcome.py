@@ -188,8 +188,7 @@ def _depth(
     Args:
         effect: of the set that is named.
         named, believed, judgement: that set, those that are not ruled out, and what was made of them.
-        may_be_nothing: whether the interval of its number, beside a table it may be, reaches the value at which it does
-            nothing.
+        may_be_nothing: whether the interval of its number reaches the value at which it does nothing.
     """
     if judgement.verdict == "ambiguous":
         return None
