@@ -35,7 +35,7 @@ _REAL = (
 TRIALS = {
     "trial": "trial --seed 309 --per-effect 1",
     "trial-remainder": "trial --seed 72 --per-effect 1 --remainder 0.2",
-    "trial-foreign": "trial --seed 314 --per-effect 1 --plant foreign",
+    "trial-foreign": "trial --seed 310 --per-effect 1 --plant foreign",
     "trial-surfaces": "trial --seed 91 --per-effect 3 --plant palpation",
     "trial-arms": "trial --arms --seed 3 --per-effect 2",
     "trial-real": f"trial --real recordings{''.join(f' --only {name}' for name in _REAL)}",
