@@ -43,11 +43,11 @@ def test_an_effect_is_delivered_only_where_it_stands_out_from_what_nobody_has_na
     ("bias", "left"),
     [
         ((0.1, 0.5), ("coulomb_friction", "force_bias")),
-        ((-0.1, 0.5), ("coulomb_friction", "force_bias")),  # the inner half is 0.05 to 0.35
-        ((-0.3, 0.7), ("coulomb_friction",)),
+        ((-1.7, 2.1), ("coulomb_friction", "force_bias")),  # a tenth of it is 0.01 to 0.39
+        ((-1.9, 2.3), ("coulomb_friction",)),
     ],
 )
-def test_an_effect_is_not_delivered_where_the_inner_half_of_its_told_interval_holds_nothing(
+def test_an_effect_is_not_delivered_where_a_tenth_of_its_told_interval_holds_nothing(
     bias: tuple[float, float], left: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     both = named("coulomb_friction", "force_bias")

@@ -12,8 +12,8 @@ CLEARLY = 4.0
 """An effect beside others is worth naming if its share is so many times that of what nobody has named: it may have
 taken from that alone."""
 
-_CORE = 0.5
-"""Of an interval the part that is its core: one deviation to either side."""
+_CORE = 0.1
+"""Of an interval the part that is its core: a number that is less than so much of its uncertainty may be anything."""
 
 BESIDE_THE_COMMON = 0.1
 """What not all explanations have is not said if it takes no more than this part of what is common to all takes."""
