@@ -81,7 +81,8 @@ def noise_kept_out(problem: Problem, fits: Sequence[Fitted]) -> list[float]:
     kept_out = np.zeros(len(fits))
     for track in problem.tracks:
         allowed = _MUCH_MORE * max(track.floor**2 - float(track.smoothed.output_noise[track.column]) ** 2, 0.0)
-        through = (attempt(noise_through, track, fit.model, np.random.default_rng(0)) for fit in fits)
+        noisy = noisier(track, np.random.default_rng(0))
+        through = (attempt(_apart, track, noisy, fit.model) for fit in fits)
         squares = np.array([allowed if rms is None else min(rms**2, allowed) for rms in through])
         most = squares.max(where=squares < allowed, initial=0.0)
         worth = track.counts**2 * replace(problem, tracks=(track,)).samples() / track.floor**2
@@ -95,7 +96,11 @@ def noise_through(track: Track, model: Structure, generator: np.random.Generator
     Raises:
         MmtError: a simulation diverges.
     """
-    noisy = noisier(track, generator)
+    return _apart(track, noisier(track, generator), model)
+
+
+def _apart(track: Track, noisy: Track, model: Structure) -> float:
+    """RMS by which a model's output differs between a track and one with more noise; raises as `noise_through`."""
     if noisy is track:
         return 0.0
     difference = (noisy.simulated(model) - track.simulated(model)) * track.weight
