@@ -26,6 +26,7 @@ SENSOR = {
     "force_crosstalk": {"gain": 0.2},
     "force_bias": {"bias": 0.3},
     "force_saturation": {"limit": 4.0},
+    "tip_mass": {"m_tip": 0.2},
 }
 FRICTION = {"load_dependent_friction": {"mu": 0.1}, "static_friction": {"Fs": 0.6, "Fd": 0.3, "v_d": 0.004}}
 BODY = {"mass_change": {"time": 0.7, "dm": 0.3}, "end_stop": {"position": 0.01, "stiffness": 500.0}}

@@ -51,6 +51,7 @@ for _name in (
     "force_crosstalk",
     "force_saturation",
     "periodic_disturbance",
+    "tip_mass",
     "time_delay",
     "probe_slip",
     "surface_shape",

@@ -336,7 +336,7 @@ def settle(state: Array, at: int, x: float, around: Surroundings, p: Constants) 
 
 
 @njit(error_model="numpy", forceinline=True)
-def sense(state: Array, at: int, force: float, normal: float, t: float, h: float, p: Constants) -> None:
+def sense(state: Array, at: int, force: float, normal: float, rate: float, t: float, h: float, p: Constants) -> None:
     """Let the force sensor read a force: laws in their order, each reading what the one before it made of it.
 
     Args:
@@ -344,22 +344,25 @@ def sense(state: Array, at: int, force: float, normal: float, t: float, h: float
         at: where the body begins in it.
         force: tangential force on the probe [N].
         normal: force along the surface normal [N].
+        rate: of the probe along the axis that is read [m/s].
         t: time since the first sample [s].
         h: time since the previous sample [s]; 0 at the first.
         p: of the body.
     """
     if p.laws != 0:
-        force = _law_reading(state, at, force, normal, t, h, p)
+        force = _law_reading(state, at, force, normal, rate, t, h, p)
     state[at + READING] = force
 
 
 @njit(error_model="numpy")
-def _law_reading(state: Array, at: int, force: float, normal: float, t: float, h: float, p: Constants) -> float:
+def _law_reading(
+    state: Array, at: int, force: float, normal: float, rate: float, t: float, h: float, p: Constants
+) -> float:
     q = read_memory(state, at + SENSOR_MEMORY)
     first, end = entries_of(_SENSOR, _SENSOR, p.laws, LAW_TABLE)
     for entry in range(first, end, ENTRY):
         zero = 0.0
-        here = At(t, zero, zero, zero, zero, zero, zero, force, normal, h, zero, zero, zero)
+        here = At(t, zero, rate, zero, zero, zero, zero, force, normal, h, zero, zero, zero)
         force, q0, q1, _ = evaluate(p.laws, entry, here, q, NOTHING)
         k = memory_of(p.laws, entry)
         if k >= 0:

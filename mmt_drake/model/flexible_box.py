@@ -257,10 +257,10 @@ def _read_sensor(state: Array, h: float, p: Array, c: Constants) -> None:
     t = state[TIME] - state[BEGAN]
     if c.normal_axis != 0.0:
         x, y, z = in_force_frame(p, int(c.normal_axis), x, y, z)
-    sense(state, BODY, x, z, t, h, c)
-    sense(state, BODY + AXIS_SIZE, y, z, t, h, c)
+    sense(state, BODY, x, z, state[PROBE + 3], t, h, c)
+    sense(state, BODY + AXIS_SIZE, y, z, state[PROBE + 4], t, h, c)
     if c.normal_axis != 0.0:
-        sense(state, NORMAL, z, z, t, h, normal_constants(p, c))
+        sense(state, NORMAL, z, z, state[PROBE + 5], t, h, normal_constants(p, c))
     else:
         state[NORMAL + READING] = z
 

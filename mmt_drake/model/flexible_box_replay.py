@@ -102,7 +102,7 @@ def _over(axes: int) -> Callable[..., None]:
                 force[axes, k] = normal
             for i in range(axes):
                 at = AXIS_SIZE * i
-                sense(state, at, felt if i == 0 else other, normal, time[k] - begin_at, h, c)
+                sense(state, at, felt if i == 0 else other, normal, probe_rate[i, k], time[k] - begin_at, h, c)
                 force[i, k] = state[at + READING]
                 body[i, k], body_rate[i, k] = state[at + POSITION], state[at + VELOCITY]
 

@@ -117,7 +117,7 @@ def _take(state: Array, t: float, position: float, velocity: float, load: float,
     state[BODY + POSITION], state[BODY + VELOCITY] = position, velocity
     if abs(velocity) > c.v_d:
         state[BODY + MODE] = math.copysign(1.0, velocity)
-    sense(state, BODY, _force(state, c), load, t - state[BEGAN], h, c)
+    sense(state, BODY, _force(state, c), load, velocity, t - state[BEGAN], h, c)
 
 
 @njit(cache=True, error_model="numpy")

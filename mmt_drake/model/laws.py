@@ -64,7 +64,8 @@ class Slot(IntEnum):
       slide in that direction from rest [N]; 0, 0. Levels of several laws add up, together with the model's own. Where
       friction is a vector in the plane, `abs(at.v)` is the speed.
     - `INERTIA`: mass added to the body [kg]; 0, 0, 0.
-    - `SENSOR`: what the force sensor reads instead of `at.force` [N]; the new q[0] and q[1]; 0. Called once a sample.
+    - `SENSOR`: what the force sensor reads instead of `at.force` [N]; the new q[0] and q[1]; 0. Called once a sample,
+      with the velocity of the probe as `at.v`.
     """
 
     DRIVE = 0
@@ -80,7 +81,7 @@ class At(NamedTuple):
 
     Attributes:
         t: time since the first sample [s].
-        x, v: displacement of the body and its velocity [m], [m/s] (in `kelvin_voigt`: of the probe).
+        x, v: displacement of the body and its velocity [m], [m/s] (in `kelvin_voigt`, and v in `SENSOR`: of the probe).
         d, d_rate: deflection of the contact spring and its rate [m], [m/s].
         load: normal load N [N].
         direction: of sliding, -1 or 1, or 0 if at rest.

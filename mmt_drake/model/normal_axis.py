@@ -125,11 +125,12 @@ def replay_normal(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def read_normal(time: Array, force: Array, p: Array, reading: Array) -> None:
+def read_normal(time: Array, height_rate: Array, force: Array, p: Array, reading: Array) -> None:
     """What the force sensor makes of the force along the normal.
 
     Args:
         time: (n,) sample times [s], increasing.
+        height_rate: (n,) of the probe above the surface [m/s].
         force: (n,) that acts on it [N].
         p: kernel vector of the axis.
         reading: (n,) to be filled with what it reads [N].
@@ -138,5 +139,5 @@ def read_normal(time: Array, force: Array, p: Array, reading: Array) -> None:
     for k in range(len(time)):
         if k > 0:
             h = time[k] - time[k - 1]
-        sense(state, 0, force[k], force[k], time[k] - time[0], h, c)
+        sense(state, 0, force[k], force[k], height_rate[k], time[k] - time[0], h, c)
         reading[k] = state[READING]

@@ -84,6 +84,15 @@ def test_both_axes_count_where_both_move(strokes):
     assert preflight(crossed, MODEL).outputs == (0, 1)
 
 
+def test_an_axis_whose_force_is_noise_is_left_out_and_the_other_counts(strokes):
+    noise = FORCE_NOISE * np.random.default_rng(1).standard_normal(len(strokes))
+    moved = {f"{what}_x": strokes[f"{what}_y"] / 3 for what in ("position", "velocity")}
+    result = preflight(changed(strokes, force_x=noise, **moved), MODEL)
+    assert result.reason is None and result.outputs == (1,)
+    said = finding(result, "noisy")
+    assert said.severity == "warn" and said.text.startswith("force_x varies") and "left out" in said.text
+
+
 def above(clean):
     return changed(clean, position_z=clean["position_z"] + 0.05, in_contact=0 * clean.time)
 

@@ -189,6 +189,14 @@ def test_force_noise_that_a_logger_has_filtered_is_seen_whole_in_free_space(stro
     assert noise.colour_db > 10.0
 
 
+def test_what_a_mass_at_the_tip_takes_is_told_from_the_noise_in_free_space(strokes):
+    inertia = 0.3 * np.gradient(Strokes().y(strokes.time, 1), strokes.time)
+    clean, heavy = (smooth(changed(strokes, force_y=strokes["force_y"] - m * inertia)) for m in (0.0, 1.0))
+    assert np.std(inertia) > 5.0 * clean.noise["force_y"].std
+    assert heavy.noise["force_y"].std == pytest.approx(clean.noise["force_y"].std, rel=0.02)
+    assert heavy.noise["force_y"].density == pytest.approx(clean.noise["force_y"].density, rel=0.5)
+
+
 @pytest.mark.parametrize("frequency", [1.37, 11.0, 50.0])
 def test_a_hum_is_told_from_the_noise_in_free_space(strokes, frequency):
     hum = 0.3 * np.sin(2 * np.pi * frequency * strokes.time + 0.7)

@@ -66,6 +66,7 @@ SOME = {
     "force_crosstalk": {"gain": 0.2},
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.5},
+    "tip_mass": {"m_tip": 0.3},
     "time_delay": {"delay": 0.0153},
     "probe_slip": {"mu": 0.3},
     "surface_shape": {

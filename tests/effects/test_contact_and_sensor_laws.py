@@ -178,6 +178,13 @@ def test_a_lag_is_a_first_order_filter_that_has_settled_at_the_first_sample(tau)
     np.testing.assert_allclose(force(x, v, force_lag={"tau": tau}), lagging, atol=1e-11)
 
 
+def test_a_mass_at_the_tip_takes_its_inertia_from_the_reading():
+    x, v = wave()
+    off = force(x, v, tip_mass={"m_tip": 0.3}) - force(x, v) + 0.3 * -(9.0**2) * x
+    assert np.abs(off[2:]).max() < 1e-4 * 0.3 * 9.0**2 * 0.02  # three samples tell a slope
+    assert np.abs(off[:2]).max() < 0.01 * 0.3 * 9.0**2 * 0.02
+
+
 def test_what_a_sensor_adds_comes_after_its_lag_and_before_its_range():
     x, v = wave()
     load = 2 + np.cos(3 * T)

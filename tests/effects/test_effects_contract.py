@@ -56,6 +56,7 @@ force_lag force_sensor tau
 force_crosstalk force_sensor gain
 force_saturation force_sensor limit
 periodic_disturbance force_sensor amplitude frequency phase
+tip_mass force_sensor m_tip
 time_delay channel delay
 probe_slip friction mu
 surface_shape geometry x y height deviation
@@ -236,7 +237,7 @@ contact_loss hunt_crossley_damping viscoelastic_relaxation hardening_relaxation 
 contact_loss normal_hunt_crossley_damping normal_viscoelastic_relaxation normal_hardening_relaxation normal_hysteresis
 body_force constant_force ground_spring end_stop gravity_offset torque_ripple
 inertia mass_change second_mode
-sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance
+sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance tip_mass
 timing time_delay force_lag
 geometry surface_shape frame_misalignment tool_offset
 drive_train gear_play dead_band

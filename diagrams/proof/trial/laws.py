@@ -142,6 +142,7 @@ LAWS: Final[dict[str, Hidden]] = {
     "periodic_disturbance": Hidden(
         "force_sensor", sensor=_reading(amplitude="amplitude", frequency="frequency", phase="phase")
     ),
+    "tip_mass": Hidden("force_sensor", sensor=_reading(carried="m_tip")),
     "time_delay": Hidden("channel", sensor=_reading(delay="delay")),
     "frame_misalignment": Hidden("geometry", sensor=lambda s, p: replace(s, turn=(p["rx"], p["ry"], p["rz"]))),
     # Outside the library.

@@ -12,10 +12,13 @@ from mmt_drake.numeric.arrays import Array
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor chain: its frame, lag, delay, then what is added, then play and clipping. The defaults change nothing.
+    """A sensor chain: what it carries, its frame, lag, delay, then what is added, then play and clipping.
+
+    The defaults change nothing.
 
     Attributes:
         turn: of the force frame against that of positions, about x, y and z [rad].
+        carried: mass between the sensor and the tip [kg].
         lag: time constant of a first-order filter [s], on every axis.
         delay: force later than position [s], on every axis.
         delay_rate: growth of the delay, a clock that runs slow [s/s]; outside the library.
@@ -28,6 +31,7 @@ class Sensor:
     """
 
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    carried: float = 0.0
     lag: float = 0.0
     delay: float = 0.0
     delay_rate: float = 0.0

@@ -147,6 +147,9 @@ def arrived_forces(
     for axis, fine_force in zip(axes, fine_forces.T, strict=True):
         arrived[axis] = sensor.arrival(fine, fine_force, time)
     arrived[2] = sensor.arrival(time, normal_force(physics, motion), time)
+    if sensor.carried > 0.0:
+        for i in range(3):
+            arrived[i] -= sensor.carried * sensor.arrival(time, np.gradient(motion.velocity[:, i], time), time)
     return sensor.turned(arrived), body
 
 

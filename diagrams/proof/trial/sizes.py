@@ -209,6 +209,7 @@ SIZES: Final[dict[str, Callable[[Baseline, float], Values]]] = {
     "force_crosstalk": lambda scene, size: {"gain": scene.sign() * log(0.003, 0.15, size)},
     "force_saturation": _saturation,
     "periodic_disturbance": _periodic,
+    "tip_mass": lambda scene, size: {"m_tip": log(0.003, 0.3, size)},
     "time_delay": lambda scene, size: {"delay": log(5e-4, 0.06, size)},
     "frame_misalignment": _misalignment,
     "rough_patch": _rough_patch,

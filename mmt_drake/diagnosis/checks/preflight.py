@@ -8,7 +8,7 @@ from mmt_drake.diagnosis.checks.alignment import lag_findings, law_findings, law
 from mmt_drake.diagnosis.checks.excitation import AxisMotion, excitation_findings, motions
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.checks.plausibility import drive_findings, sign_findings, unit_findings
-from mmt_drake.diagnosis.checks.sensors import bias_findings, channel_findings, clock_findings, noise_findings
+from mmt_drake.diagnosis.checks.sensors import bias_findings, channel_findings, clock_findings, drowned, noise_findings
 from mmt_drake.diagnosis.signals.columns import Columns, channels_of
 from mmt_drake.diagnosis.signals.smoother import Smoothed, on_even_clock, smooth
 from mmt_drake.diagnosis.signals.touches import raw_flags
@@ -35,8 +35,8 @@ class Preflight:
     Attributes:
         recording: what was checked, and is to be diagnosed: as read, or without rates that are not its own.
         findings: what is worst first, else in the order of the checks.
-        outputs: columns of `Smoothed.output` that belong to the tangential axes that move, to the one axis or to the
-            output of a driven body.
+        outputs: columns of `Smoothed.output` that belong to the tangential axes that move and whose force stands out of
+            its noise, to the one axis or to the output of a driven body.
         motions: how each tangential axis, the one axis or the output moves.
         smoothed: the recording, as every check saw it.
         columns: of the recording, which that was made of.
@@ -116,6 +116,8 @@ def preflight(recording: Recording, model: Model) -> Preflight:
         if not _out_of_step(conventions):  # else free space is none, and what is read off it misleads
             findings += bias_findings(smoothed, channels.outputs)
             findings += noise_findings(smoothed, channels.outputs, answers)
+        without = drowned(smoothed, channels.outputs, answers)
+        used = tuple(i for i in used if channels.outputs[i] not in without) or used
     order = ("refuse", "warn", "note")
     findings.sort(key=lambda finding: order.index(finding.severity))
     return Preflight(recording, tuple(findings), used, moved, smoothed, columns)

@@ -22,6 +22,7 @@ _REPEATED = 0.15
 _FINE = 0.99  # share of distinct values between the extremes of a channel whose steps do not show
 _SIGMAS = 5.0
 _COLOURED_DB = 6.0
+_SPEAKS = 3.0  # deviation of an output over that of the noise in it
 
 
 def clock_findings(smoothed: Smoothed) -> list[Finding]:
@@ -178,28 +179,44 @@ def bias_findings(smoothed: Smoothed, names: tuple[str, ...]) -> list[Finding]:
     return findings
 
 
-def noise_findings(smoothed: Smoothed, names: tuple[str, ...], columns: tuple[str, ...]) -> list[Finding]:
-    """Noise floors, their colour, and outputs that do not stand out of them.
+def drowned(smoothed: Smoothed, names: tuple[str, ...], columns: tuple[str, ...]) -> dict[str, tuple[float, float]]:
+    """Outputs that do not stand out of their noise in contact: their deviation there, and that of the noise in them.
 
     Args:
         smoothed: the recording.
         names: every output column, as in `smoothed.output`.
         columns: those that count.
     """
+    found = {}
+    for name in columns:
+        i = names.index(name)
+        left = float(smoothed.output_noise[i])
+        signal = float(np.std(smoothed.output[smoothed.in_contact, i])) if smoothed.in_contact.any() else 0.0
+        if signal < _SPEAKS * left:
+            found[name] = signal, left
+    return found
+
+
+def noise_findings(smoothed: Smoothed, names: tuple[str, ...], columns: tuple[str, ...]) -> list[Finding]:
+    """Noise floors, their colour, and outputs that do not stand out of them.
+
+    Nothing can be said where no output stands out; else those that do not are left out.
+
+    Args:
+        smoothed, names, columns: as of `drowned`.
+    """
     figures = {name: noise.std for name, noise in smoothed.noise.items()}
     outputs = [smoothed.noise[name] for name in names]
     said = ", ".join(f"{name} {smoothed.noise[name].std:.3g}" for name in columns)
     findings = [Finding("noise", "note", f"Noise ({outputs[0].source}): {said}.", figures)]
+    without = drowned(smoothed, names, columns)
+    for name, (signal, left) in without.items():
+        severity: Severity = "refuse" if len(without) == len(columns) else "warn"
+        then = "nothing can be told from it" if severity == "refuse" else "it is left out"
+        text = f"{name} varies by {signal:.3g} while its noise is {left:.3g} in the same band: {then}."
+        findings.append(Finding("noisy", severity, text, {"signal": signal, "noise": left}))
     for name in columns:
-        i = names.index(name)
-        noise, colour, left = smoothed.noise[name], smoothed.noise[name].colour_db, float(smoothed.output_noise[i])
-        signal = float(np.std(smoothed.output[smoothed.in_contact, i])) if smoothed.in_contact.any() else 0.0
-        if signal < 3.0 * left:
-            text = (
-                f"{name} varies by {signal:.3g} while its noise is {left:.3g} in the same band: nothing can be told "
-                "from it."
-            )
-            findings.append(Finding("noisy", "refuse", text, {"signal": signal, "noise": left}))
+        noise, colour = smoothed.noise[name], smoothed.noise[name].colour_db
         if noise.source == "free space" and colour is not None and abs(colour) > _COLOURED_DB:
             text = (
                 f"The noise of {name} has {abs(colour):.0f} dB {'more' if colour > 0.0 else 'less'} density in the "

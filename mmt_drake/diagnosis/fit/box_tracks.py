@@ -145,7 +145,7 @@ class NormalTrack(_OfBox):
             force = _tangential(s, [0, 1], model, p).force[2]
         if p[NORMAL_AXIS] != 0.0:
             reading = np.empty_like(force)
-            read_normal(s.time, np.ascontiguousarray(force), _spring(p), reading)
+            read_normal(s.time, _height(s)[1], np.ascontiguousarray(force), _spring(p), reading)
 
         def states() -> States:
             depth, rate = (np.where(s.in_contact, -motion[:, 2], 0.0) for motion in (s.input, s.input_rate))

@@ -15,7 +15,7 @@ _BLOCK_S = 0.1
 _SHORTEST_S = 0.2  # a stretch that counts
 _CRESTS = 16
 _LOWEST_HUM_HZ = 0.3
-_HUM_SHARE = 0.15  # of the power in free space: one line of noise has a hundredth
+_HUM_SHARE = 0.15  # of the power in free space, or it is noise: one line of noise has a hundredth
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,8 @@ class Hum:
 class Rest:
     """What a force sensor shows where nothing touches it.
 
-    A hum is no noise: it can be told beforehand. Noise and bias are those without it.
+    A hum is no noise: it can be told beforehand. Nor is what follows the acceleration of the probe: the sensor carries
+    a mass there. Noise and bias are those without both.
 
     Attributes:
         mean: its bias [N], (k,).
@@ -48,7 +49,7 @@ class Rest:
     seconds: float
 
 
-def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.inf) -> Rest | None:
+def at_rest(values: Array, acceleration: Array, rate_hz: float, free: Flags, band_hz: float = math.inf) -> Rest | None:
     """Bias and noise of forces (n, k) in free space, or None where there is too little of it.
 
     The standard error comes from means over blocks of 0.1 s, which are nearly independent whatever
@@ -56,6 +57,7 @@ def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.in
 
     Args:
         values: [N], on an even clock.
+        acceleration: (n, k) of the probe along each of their axes, in any unit.
         rate_hz: of that clock.
         free: (n,) where the probe is surely off the object.
         band_hz: below which the density counts.
@@ -65,8 +67,12 @@ def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.in
     if not spans:
         return None
     quiet, hums = values.copy(), []
-    for column in quiet.T:  # views: what hums is taken out in place
+    for column, carried in zip(quiet.T, acceleration.T, strict=True):  # views: what is no noise is taken out in place
         hum, sine = _hum_of(column, spans, rate_hz)
+        following, share = _following(column, carried, spans)
+        if share > max(_HUM_SHARE, 0.0 if hum is None else hum.share):
+            column -= following
+            hum, sine = _hum_of(column, spans, rate_hz)
         hums.append(hum)
         if sine is not None:
             column -= sine
@@ -78,6 +84,15 @@ def at_rest(values: Array, rate_hz: float, free: Flags, band_hz: float = math.in
     noise = tuple(Noise(float(s), float(d), float(c), "free space") for s, d, c in known)
     mean = np.average([part.mean(axis=0) for part in parts], axis=0, weights=lengths)
     return Rest(mean, _batch_error(parts, rate_hz), noise, tuple(hums), float(lengths.sum()) / rate_hz)
+
+
+def _following(values: Array, cause: Array, spans: list[slice]) -> tuple[Array, float]:
+    """What of the values (n,) follows a cause (n,) in proportion, and its share of their power, about each line."""
+    force, by = (np.concatenate([signal.detrend(signals[span]) for span in spans]) for signals in (values, cause))
+    both, size, power = float(by @ force), float(by @ by), float(force @ force)
+    if size == 0.0 or power == 0.0:
+        return np.zeros_like(cause), 0.0
+    return cause * (both / size), both**2 / (size * power)
 
 
 def _batch_error(parts: list[Array], rate_hz: float) -> Array:

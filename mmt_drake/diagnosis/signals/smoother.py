@@ -190,21 +190,21 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
     )
     flags = held_on_clock(recording.time, raw_flags(recording, noise), clock)
     contact = contact_of(clock.times(), flags, motion[2].position if three_axes else None)
-    output = columns.table(outputs)
-    rest, free = None, np.zeros(len(flags), dtype=bool)
-    if not driven and not flags.all():
-        settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + _AFTER_RELEASE_S])
-        free = ~(near(clock.times(), contact.touches, _BEFORE_TOUCH_S) | near(clock.times(), settling, 0.0) | flags)
-        rest = at_rest(output, clock.rate_hz, free, low_pass.band_hz)
-    if rest is not None:
-        noise |= zip(outputs, rest.noise, strict=True)
-    gain = low_pass.white_noise_gain(clock.rate_hz)
-    known = columns.table(columns.channels.inputs)
     quiet = [
         stilled(axis.position, axis.velocity, axis.position_noise, axis.velocity_noise, clock.rate_hz)
         for axis in motion
     ]
     velocity = np.column_stack([rate for _, rate in quiet])
+    output = columns.table(outputs)
+    rest, free = None, np.zeros(len(flags), dtype=bool)
+    if not driven and not flags.all():
+        settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + _AFTER_RELEASE_S])
+        free = ~(near(clock.times(), contact.touches, _BEFORE_TOUCH_S) | near(clock.times(), settling, 0.0) | flags)
+        rest = at_rest(output, np.gradient(velocity, clock.step, axis=0), clock.rate_hz, free, low_pass.band_hz)
+    if rest is not None:
+        noise |= zip(outputs, rest.noise, strict=True)
+    gain = low_pass.white_noise_gain(clock.rate_hz)
+    known = columns.table(columns.channels.inputs)
     if not driven:
         known = np.column_stack([position for position, _ in quiet])
     known = _averaged(known, every) if driven and columns.input_filter.is_identity else known[::every]

@@ -74,6 +74,7 @@ VANISHED: dict[str, dict[str, float]] = {
     "force_crosstalk": {"gain": 0.0},
     "force_saturation": {"limit": 1e3},
     "periodic_disturbance": {"amplitude": 0.0, "frequency": 3.0, "phase": 0.5},
+    "tip_mass": {"m_tip": 0.0},
     "time_delay": {"delay": 0.0},
     "rough_patch": {"F": 0.0, "from": -0.01, "to": 0.01},
     "ageing_friction": {"F": 0.0, "time": 0.01, "distance": 0.01},
