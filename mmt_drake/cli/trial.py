@@ -63,6 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--plant", choices=("own", "foreign", "palpation"), default="own", help=text)
     parser.add_argument("--real", metavar="DIR", help="diagnose the public recordings in this folder instead")
+    text = "of --real: further recordings of the same systems, each alone, to which no case is fitted"
+    parser.add_argument("--further", action="store_true", help=text)
     text = "conceal effects of robot arms, simulated by MuJoCo (default remainder then 0.2)"
     parser.add_argument("--arms", action="store_true", help=text)
     add_repeated(parser, "--only", "NAME", "of --real: this data set")
@@ -119,9 +121,10 @@ def trial_study(arguments: argparse.Namespace) -> Study:
             raise BadInput("--plant", found=arguments.plant, expected="no --real beside it: those are recordings")
         budget = arguments.time_budget or TIME_BUDGET_S
         diagnosed = partial(_diagnose_real, jobs=arguments.jobs, cluster=arguments.cluster, time_budget=budget)
-        return real_study(arguments.real, diagnosed, arguments.only, budget)
-    if arguments.only:
-        raise BadInput("--only", found="no --real", expected="a folder of public recordings beside it")
+        return real_study(arguments.real, diagnosed, arguments.only, budget, further=arguments.further)
+    for option in ("only", "further"):
+        if getattr(arguments, option):
+            raise BadInput(f"--{option}", found="no --real", expected="a folder of public recordings beside it")
     own = tuple(str(Path(file).resolve()) for file in arguments.effects)
     case = partial(diagnose_case, time_budget=arguments.time_budget or math.inf, effects=own)
     workers = partial(_processes, arguments.jobs, arguments.cluster)

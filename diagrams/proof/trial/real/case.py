@@ -83,6 +83,7 @@ class RealCase:
         held_out: what it does not see; none where there is no other recording of the same system.
         model: the nominal model, as a model file's mapping.
         concealed: the physics that is known, or said in the literature, to be missing from it; for the reader.
+        families: of laws that are right to name for it; none where nothing is missing.
         unit: of the errors that are reported: the recording's own, or a thousandth of it (`mm`).
         simple: held-out error of a simple fit of the right law to `fitted`, over the standard deviation, as stated
             beside the recordings; None where none is.
@@ -93,6 +94,7 @@ class RealCase:
     held_out: tuple[HeldOut, ...] = ()
     model: Mapping[str, Any]
     concealed: str
+    families: tuple[str, ...]
     unit: str
     simple: float | None = None
 

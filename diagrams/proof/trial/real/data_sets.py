@@ -29,11 +29,11 @@ def _model(
     return {"structure": structure, "parameters": parameters, "units": {"position": position, "force": force}} | gravity
 
 
-def _motions(*names: str) -> tuple[RealPart, ...]:
+def motions(*names: str) -> tuple[RealPart, ...]:
     return tuple(RealPart(f"xl330_{name}.npz", prepared=loaded_by_gravity) for name in names)
 
 
-def _balls(ball: str, mass: float, concealed: str, simple: float | None = None) -> RealCase:
+def balls(ball: str, mass: float, concealed: str, simple: float | None = None) -> RealCase:
     """Two drops of one ball of a mass [kg]: the first is fitted, the second held out."""
     drops = tuple(RealPart(f"{ball}.npz", number=number, prepared=from_release) for number in (0, 1))
     return RealCase(
@@ -42,6 +42,7 @@ def _balls(ball: str, mass: float, concealed: str, simple: float | None = None) 
         held_out=(HeldOut("second drop", drops[1:]),),
         model={"structure": "driven_body", "parameters": {"m": mass}, "gravity": {"kind": "constant", "value": 9.81}},
         concealed=concealed,
+        families=("viscous",) if concealed.startswith("drag") else (),
         unit="m",
         simple=simple,
     )
@@ -54,12 +55,13 @@ def _scan(name: str, file: str, simple: float | None = None) -> RealCase:
         fitted=(RealPart(file),),
         model=_model("surface_contact", k=400.0, b=1.0),
         concealed="the shape of the surface, and friction between it and the probe",
+        families=("geometry", "dry_friction", "contact_stiffness"),
         unit="mN",
         simple=simple,
     )
 
 
-def _reaching(person: str, concealed: str) -> RealCase:
+def reaching(person: str, concealed: str) -> RealCase:
     """A field of 6 N s/m, felt by one person in single reaches: recordings 5 to 30 of the file are those with it."""
     fitted, unseen = (
         tuple(RealPart(f"{person}.npz", number=n) for n in some) for some in (range(6, 16), range(16, 30))
@@ -70,11 +72,12 @@ def _reaching(person: str, concealed: str) -> RealCase:
         held_out=(HeldOut("later reaches", unseen),),
         model=_model("kelvin_voigt", k=0.0, b=6.0),
         concealed=concealed,
+        families=() if concealed == "nothing" else ("timing",),
         unit="mN",
     )
 
 
-def _spindle_to_jaw(file: str) -> RealPart:
+def spindle_to_jaw(file: str) -> RealPart:
     """The surgical grasper as a transmission."""
     return RealPart(file, columns={"time": "t_raw", "input": "q_back_rad", "output": "q_front_rad"})
 
@@ -89,6 +92,7 @@ CASES: Final = (
         ),
         model=_model("driven_body", m=95.11, b=203.5),
         concealed="Coulomb friction with an offset or an asymmetry; viscous friction that depends on the direction",
+        families=("dry_friction", "viscous", "body_force"),
         unit="mm",
     ),
     # Values of a linear least-squares fit to the first 10 s, where the amplitude is small. The multisine comes in ten
@@ -107,6 +111,7 @@ CASES: Final = (
         ),
         model=_model("driven_body", units=("V", "V"), m=5.18e-6, b=2.11e-4, k=0.955),
         concealed="cubic stiffness; a bias of the input",
+        families=("contact_stiffness", "body_force"),
         unit="mV",
     ),
     # Mass and length of the pendulum as recorded beside the data (0.49 kg, 0.1 m: 0.4807 N m); gain, inertia and
@@ -114,12 +119,13 @@ CASES: Final = (
     # voltage, a part of b, goes too: those files are another system and left out.
     RealCase(
         name="bam_servo",
-        fitted=_motions("kp100_sin_time_square", "kp400_sin_sin", "kp400_up_and_down"),
+        fitted=motions("kp100_sin_time_square", "kp400_sin_sin", "kp400_up_and_down"),
         held_out=(
-            HeldOut("other motions and gains", _motions("kp100_sin_sin", "kp100_up_and_down", "kp400_sin_time_square")),
+            HeldOut("other motions and gains", motions("kp100_sin_sin", "kp100_up_and_down", "kp400_sin_time_square")),
         ),
         model=_model("driven_body", pendulum=0.4807, units=_TURNS, m=0.00866, b=0.0649, Fc=0.0473, gain=0.0883),
         concealed="friction of the gears that grows with the load, and the Stribeck effect (BAM's models m2 to m6)",
+        families=("dry_friction",),
         unit="mrad",
     ),
     # Spring and damper by least squares on the file that is fitted.
@@ -129,15 +135,16 @@ CASES: Final = (
         held_out=(HeldOut("25 mm, 0.5 Hz", (RealPart("25mm0x5Hz1A.npz"),)),),
         model=_model("kelvin_voigt", k=17830.0, b=27580.0),
         concealed="the magnetised fluid's yield force: hysteresis or friction",
+        families=("dry_friction", "contact_loss"),
         unit="N",
     ),
-    _balls("orange_whiffle_ball", 0.0425, "drag"),
-    _balls("whiffle_ball_1", 0.0283, "drag"),
-    _balls("yellow_whiffle_ball", 0.0425, "drag"),
-    _balls("tennis_ball", 0.0567, "drag", simple=0.0128),
-    _balls("baseball", 0.1417, "drag, too small to be seen: it cannot be told"),
-    _balls("golf_ball", 0.0459, "drag, too small to be seen: it cannot be told"),
-    _balls("bowling_ball", 2.296, "nothing that could be seen", simple=0.017),
+    balls("orange_whiffle_ball", 0.0425, "drag"),
+    balls("whiffle_ball_1", 0.0283, "drag"),
+    balls("yellow_whiffle_ball", 0.0425, "drag"),
+    balls("tennis_ball", 0.0567, "drag", simple=0.0128),
+    balls("baseball", 0.1417, "drag, too small to be seen: it cannot be told"),
+    balls("golf_ball", 0.0459, "drag, too small to be seen: it cannot be told"),
+    balls("bowling_ball", 2.296, "nothing that could be seen", simple=0.017),
     _scan("pressed", "ContPalpRAL18T1.npz", simple=0.318),
     _scan("slid", "Hamlyn_Zone2_T1.npz"),
     _scan("wrist_fixed", "zone1_wrist_fixed.npz"),
@@ -148,6 +155,7 @@ CASES: Final = (
         fitted=(RealPart("joint_2.npz", prepared=from_horizontal),),
         model=_model("driven_body", pendulum=10.3, units=("rad", "A"), m=1.9, b=4.2),
         concealed="dry friction (Coulomb, 1.3 A)",
+        families=("dry_friction",),
         unit="mrad",
         simple=0.041,
     ),
@@ -157,6 +165,7 @@ CASES: Final = (
         fitted=(RealPart("cdip_pend_data.npz", seconds=(65.0, 120.0)),),
         model=_model("driven_body", pendulum=33.3, units=_TURNS, m=1.0, b=0.08),
         concealed="dry friction of the bearing (Coulomb or Dahl)",
+        families=("dry_friction",),
         unit="mrad",
         simple=0.0068,
     ),
@@ -167,6 +176,7 @@ CASES: Final = (
         held_out=(HeldOut("second step", (RealPart("idf_pos_0.06_2.npz"),)),),
         model=_model("driven_body", units=_TURNS, m=0.00012, b=7.03e-5),
         concealed="Coulomb friction or a constant force: one direction cannot tell",
+        families=("dry_friction", "body_force"),
         unit="rad",
         simple=0.006,
     ),
@@ -176,6 +186,7 @@ CASES: Final = (
         fitted=tuple(RealPart(f"v_{speed}.npz") for speed in ("0.05", "0.10", "0.50", "0.90", "1.50")),
         model=_model("driven_body", units=_TURNS, m=0.017, b=0.255),
         concealed="Stribeck friction (or dry friction)",
+        families=("dry_friction",),
         unit="mrad",
     ),
     # Spring and damper by least squares on what is fitted, each; force on the probe.
@@ -185,6 +196,7 @@ CASES: Final = (
         held_out=(HeldOut("next site", (RealPart("230331_FF1_1B.npz"),)),),
         model=_model("kelvin_voigt", k=120.5, b=41.6),
         concealed="relaxation and nonlinear stiffness",
+        families=("contact_loss", "contact_stiffness"),
         unit="mN",
         simple=0.173,
     ),
@@ -194,6 +206,7 @@ CASES: Final = (
         held_out=(HeldOut("1.5 inch", (RealPart("0.5Hz_30lb_1.5in.npz"),)),),
         model=_model("kelvin_voigt", k=2.85e5, b=1.41e5),
         concealed="dry friction with play",
+        families=("dry_friction",),
         unit="N",
     ),
     # A strip that is not pulled has no force: a spring without an offset, as the simple fit is.
@@ -202,6 +215,7 @@ CASES: Final = (
         fitted=(RealPart("Ecoflex_00-30.npz"),),
         model=_model("kelvin_voigt", k=21.35),
         concealed="nonlinear stiffness: it hardens",
+        families=("contact_stiffness",),
         unit="N",
         simple=0.006,
     ),
@@ -211,29 +225,32 @@ CASES: Final = (
         held_out=(HeldOut("jaw loaded less", (RealPart("40.npz"),)),),
         model=_model("kelvin_voigt", units=_TURNS, k=0.0716, b=0.0385, F0=0.0918),
         concealed="dry friction that grows with the load",
+        families=("dry_friction",),
         unit="mN m",
         simple=0.101,
     ),
     # Ratio and offset by least squares on the file that is fitted.
     RealCase(
         name="davinci_tool/drive_train",
-        fitted=(_spindle_to_jaw("44.npz"),),
-        held_out=(HeldOut("jaw loaded less", (_spindle_to_jaw("40.npz"),)),),
+        fitted=(spindle_to_jaw("44.npz"),),
+        held_out=(HeldOut("jaw loaded less", (spindle_to_jaw("40.npz"),)),),
         model=_model("transmission", units=("rad", "rad"), ratio=-0.8698, offset=1.2094),
         concealed="play or dry friction of its cables: so slow a motion cannot tell which",
+        families=("drive_train", "dry_friction"),
         unit="mrad",
     ),
-    _reaching("D70_person01", "a delay of 70 ms"),
-    _reaching("ND_person01", "nothing"),
+    reaching("D70_person01", "a delay of 70 ms"),
+    reaching("ND_person01", "nothing"),
 )
 
 
-def real_cases(directory: str | Path, only: Collection[str] = ()) -> list[RealCase]:
+def real_cases(directory: str | Path, only: Collection[str] = (), cases: Sequence[RealCase] = CASES) -> list[RealCase]:
     """The cases of some data sets, or all, once it is known that the folder of every one of them is there.
 
     Args:
         directory: holds the folders of the data sets (`MMT_RECORDINGS` usually names it).
         only: folders of data sets; all unless given.
+        cases: of which they are.
 
     Raises:
         BadInput: a folder is missing, or no case is about one that is asked for; it says which.
@@ -242,7 +259,7 @@ def real_cases(directory: str | Path, only: Collection[str] = ()) -> list[RealCa
     for name in only:
         if name not in known:
             raise BadInput("--only", found=repr(name), expected=f"one of {', '.join(sorted(known))}")
-    return _chosen(CASES, directory, only)
+    return _chosen(cases, directory, only)
 
 
 def real_arms(directory: str | Path, only: Collection[str] = ()) -> list[ArmCase]:

@@ -2,11 +2,12 @@
 
 import math
 import time
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import count
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
@@ -14,15 +15,20 @@ from mmt_drake.analysis.table import Cell, Table
 from mmt_drake.diagnosis.tell.result import Diagnosis, HeldoutNrmse
 from mmt_drake.diagrams.proof.studies import Asked, Report, Study
 from mmt_drake.diagrams.proof.studies.study import Progress
-from mmt_drake.diagrams.proof.trial.real.arm_cases import ArmResult, run_case
+from mmt_drake.diagrams.proof.trial.real.arm_cases import ArmCase, ArmResult, run_case
 from mmt_drake.diagrams.proof.trial.real.case import HeldOut, Published, RealCase
 from mmt_drake.diagrams.proof.trial.real.data_sets import real_arms, real_cases, without_a_case
+from mmt_drake.diagrams.proof.trial.real.further import FURTHER
 from mmt_drake.effects.wording import words
 from mmt_drake.errors import BadInput
 from mmt_drake.model_files import Model, parse_model
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
 from mmt_drake.simulation import simulate
+
+Judged = Literal["right", "partly false", "false", "open"]
+"""What names are worth: all of a family that is known to be there (none, where nothing is known to be missing), some,
+none of them; or nothing was named that is missing."""
 
 _LEAST_SHOWN = 0.005  # of a budget
 _OUTPUT = {"driven_body": "output", "single_axis": "force"}
@@ -93,6 +99,14 @@ class RealResult:
         """Of the effects, of the parameters, of what is nameless and of noise; empty without a budget."""
         return {part.part: part.share for part in self.said.budget}
 
+    @property
+    def judged(self) -> Judged:
+        """What the names that are sure of their family or law are worth; those sure of no more are none."""
+        named = [e.family in self.case.families for e in self.said.effects if e.certain in ("family", "law")]
+        if not named:
+            return "open" if self.case.families else "right"
+        return "right" if all(named) else "partly false" if any(named) else "false"
+
     def document(self) -> dict[str, Any]:
         """Plain numbers, strings, None, lists and dicts, for JSON."""
         errors = {name: getattr(self, name) for name in ("windows", "free", "rmse", "nrmse", "published")}
@@ -105,6 +119,7 @@ class RealResult:
             "alternatives": [alternative.name for alternative in self.said.alternatives],
             "known": self.case.concealed,
             "depths": [effect.certain for effect in self.said.effects],
+            "judged": self.judged,
             "shares": self.shares,
             "windows": plain["windows"],
             "free": plain["free"],
@@ -156,17 +171,33 @@ def run_real(
 def diagnosed_table(results: Sequence[RealResult]) -> Table:
     """The first table of `trial --real`: one row per case, what is known and what was said."""
     headers = (
-        "recordings", "known", "verdict", "effects, as certain as", "shares", "windows", "free", "simple fit", "s",
+        *("recordings", "known", "verdict", "effects, as certain as", "judged"),
+        *("shares", "windows", "free", "simple fit", "s"),
     )  # fmt: skip
     rows: list[list[Cell]] = []
-    for result in {result.case.name: result for result in results}.values():
+    for result in _by_case(results):
         names = " + ".join(f"{effect.name} ({effect.certain or 'not'})" for effect in result.said.effects)
         shares = ", ".join(f"{part} {share:.2f}" for part, share in result.shares.items() if share >= _LEAST_SHOWN)
         errors = (_arrow(result.windows), _arrow(result.free), result.case.simple)
-        said = (result.said.verdict, names or "none", shares or "none")
+        said = (result.said.verdict, names or "none", result.judged, shares or "none")
         rows.append([result.case.name, result.case.concealed, *said, *errors, result.seconds])
     title = "What is known of each, what was said, and the error on its held-out blocks, refit -> with the effects"
     return Table(headers, rows, title)
+
+
+def judged_sentence(results: Sequence[RealResult]) -> str:
+    """How many cases are judged how."""
+    found = Counter(result.judged for result in _by_case(results))
+    told = ", ".join(f"{found[judged]} {judged}" for judged in get_args(Judged))
+    return (
+        f"of {found.total()} cases: {told}. Judged are names as sure as their family or surer; open are cases in "
+        "which none is."
+    )
+
+
+def _by_case(results: Sequence[RealResult]) -> list[RealResult]:
+    """One result of each case."""
+    return list({result.case.name: result for result in results}.values())
 
 
 def _arrow(errors: HeldoutNrmse | None) -> str:
@@ -261,7 +292,14 @@ def _score(
     return RealResult(case, test, diagnosed.diagnosis, rmse, nrmse, seconds)
 
 
-def real_study(directory: str, diagnose: Diagnose, only: Collection[str] = (), time_budget: float = math.inf) -> Study:
+def real_study(
+    directory: str,
+    diagnose: Diagnose,
+    only: Collection[str] = (),
+    time_budget: float = math.inf,
+    *,
+    further: bool = False,
+) -> Study:
     """The study that diagnoses the cases of a folder of public recordings, or of some of its data sets; arms last.
 
     Args:
@@ -269,28 +307,39 @@ def real_study(directory: str, diagnose: Diagnose, only: Collection[str] = (), t
         diagnose: a case that is no arm.
         only: folders of data sets; all unless given.
         time_budget: of the diagnosis of each arm [s].
+        further: the further recordings of the data sets in the place of all this.
     """
 
+    def chosen() -> tuple[list[RealCase], list[ArmCase]]:
+        if further:
+            return real_cases(directory, only, FURTHER), []
+        return real_cases(directory, only), real_arms(directory, only)
+
     def run(asked: Asked, progress: Progress) -> Report:
-        started, cases, arms = count(), real_cases(directory, only), real_arms(directory, only)
+        started, (cases, arms) = count(), chosen()
         results = run_real(directory, diagnose, asked.out, cases=cases, starting=lambda case: progress(next(started)))
         moved = []
         for arm in arms:
             progress(next(started))
             moved.append(run_case(arm, Path(directory), time_budget))
-        untried = [] if only else without_a_case(directory)
-        tables = [diagnosed_table(results), real_table(results)] if results else []
+        untried = [] if only or further else without_a_case(directory)
+        sentences = [judged_sentence(results)] if results else []
+        tables = [diagnosed_table(results)] if results else []
+        tables += [real_table(results)] if any(case.held_out for case in cases) else []
         return Report(
             {"real": [result.document() for result in results], "arms": [asdict(result) for result in moved]},
-            title="Real recordings",
-            lead="Known physics concealed from the model that is handed in; judged on recordings that nothing was "
+            title="Further real recordings" if further else "Real recordings",
+            lead="Each recording alone; no case of `trial --real` is fitted to one of them."
+            if further
+            else "Known physics concealed from the model that is handed in; judged on recordings that nothing was "
             "fitted to.",
             heading="",
             own_tables=[*tables, *([named_table(moved)] if moved else [])],
-            sentences=[f"not tried, for want of a case: {', '.join(untried)}"] if untried else [],
+            sentences=[*sentences, *([f"not tried, for want of a case: {', '.join(untried)}"] if untried else [])],
         )
 
     def steps(asked: Asked) -> float:
-        return len(real_cases(directory, only)) + len(real_arms(directory, only))
+        cases, arms = chosen()
+        return len(cases) + len(arms)
 
     return Study("real recordings, data sets", (), steps, run)
