@@ -40,6 +40,7 @@ TRIALS = {
     "trial-arms": "trial --arms --seed 3 --per-effect 2",
     "trial-real": f"trial --real recordings{''.join(f' --only {name}' for name in _REAL)}",
     "trial-palpation": "trial --real recordings --only dvrk_palpation",
+    "trial-further": "trial --real recordings --further",
 }
 """Trials that have a page, each of a seed that nobody had looked at, and the command of it."""
 _WRITTEN = "Written by the command above"

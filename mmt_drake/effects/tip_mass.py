@@ -1,7 +1,8 @@
 """A force sensor that carries a mass before the tip: it reads what moves that mass, too.
 
-The reading is less by m_tip a, the acceleration a of the probe along each axis from three samples. Free space shows it
-alone. A gripper, a tool or a flange between the sensor and the contact.
+The reading is less by m_tip a, the acceleration a of the probe along each axis from three samples; where samples are
+nearer than 1.6 ms it is averaged over that, for a recorded velocity has noise. Free space shows it alone. A gripper, a
+tool or a flange between the sensor and the contact.
 
 Easily confused with:
 
@@ -14,11 +15,19 @@ from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Va
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
 
+_LEAST_S = 1.6e-3
+
+
 @law(Slot.SENSOR, remembers=True, order=1, every_axis=True)
 def _carried(at: At, q: Own, p: Numbers) -> Result:
     # q: the velocity at the sample before, and its slope up to there: three samples tell the slope at the last.
     slope = (at.v - q[0]) / at.h if at.h > 0.0 else 0.0
-    acceleration = slope + 0.5 * (slope - q[1]) if at.t > 1.5 * at.h else slope
+    if at.t <= 1.5 * at.h:
+        acceleration = slope
+    elif at.h < _LEAST_S:
+        acceleration = slope = q[1] + (slope - q[1]) * at.h / _LEAST_S
+    else:
+        acceleration = slope + 0.5 * (slope - q[1])
     return at.force - p[0] * acceleration, at.v, slope, 0.0
 
 
