@@ -14,7 +14,6 @@ Easily confused with:
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
-
 _LEAST_S = 1.6e-3
 
 
