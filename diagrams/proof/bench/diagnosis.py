@@ -24,7 +24,7 @@ from mmt_drake.processors import processors
 from mmt_drake.recording import Recording
 
 _FIRST_S, _WARM_UP_S = 30.0, 10.0
-_AT_MOST_S, _AT_MOST_TWICE = 30.0, 2.0
+_AT_MOST_S, _MEDIAN_AT_MOST_S, _AT_MOST_TWICE = 60.0, 10.0, 2.0
 _RECORDINGS = 100
 _CONTACT, _CONTACT_S = "Coulomb friction", 30.0
 
@@ -55,7 +55,7 @@ def _speed() -> Iterator[Measurement]:
             right += [score(case.truth(), answer, 0.0).correct for answer in (first, second)]
             yield Measurement(f"diagnosis of 30 s at 1 kHz, whole library: {kind}", short, "s", _AT_MOST_S)
             yield Measurement(f"the same contact for 60 s: {kind}", long / short, "x", _AT_MOST_TWICE)
-    yield Measurement("diagnosis of 30 s at 1 kHz, whole library: median", median(took), "s", _AT_MOST_S)
+    yield Measurement("diagnosis of 30 s at 1 kHz, whole library: median", median(took), "s", _MEDIAN_AT_MOST_S)
     yield Measurement("the same contact for 60 s: median", median(ratios), "x", _AT_MOST_TWICE)
     name = f"of these {len(right)} diagnoses say what was concealed"
     yield Measurement(name, sum(right), "", len(right), at_least=True)

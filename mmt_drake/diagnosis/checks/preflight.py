@@ -111,12 +111,12 @@ def preflight(recording: Recording, model: Model) -> Preflight:
             answers = channels.outputs[2:]  # a tip that glides freely over a level surface feels nothing else
         channel = dict.fromkeys(answers, True) | ({"force_z": False} if smoothed.kind == "contact" else {})
         sensors = channel_findings(recording, channel, raw_flags(recording, smoothed.noise))
+        without = drowned(smoothed, channels.outputs, answers)
         conventions = _conventions(recording, model, smoothed, used, sensors)
         findings += conventions + sensors
         if not _out_of_step(conventions):  # else free space is none, and what is read off it misleads
             findings += bias_findings(smoothed, channels.outputs)
-            findings += noise_findings(smoothed, channels.outputs, answers)
-        without = drowned(smoothed, channels.outputs, answers)
+            findings += noise_findings(smoothed, channels.outputs, answers, without)
         used = tuple(i for i in used if channels.outputs[i] not in without) or used
     order = ("refuse", "warn", "note")
     findings.sort(key=lambda finding: order.index(finding.severity))

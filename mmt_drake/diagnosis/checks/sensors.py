@@ -197,19 +197,21 @@ def drowned(smoothed: Smoothed, names: tuple[str, ...], columns: tuple[str, ...]
     return found
 
 
-def noise_findings(smoothed: Smoothed, names: tuple[str, ...], columns: tuple[str, ...]) -> list[Finding]:
+def noise_findings(
+    smoothed: Smoothed, names: tuple[str, ...], columns: tuple[str, ...], without: Mapping[str, tuple[float, float]]
+) -> list[Finding]:
     """Noise floors, their colour, and outputs that do not stand out of them.
 
     Nothing can be said where no output stands out; else those that do not are left out.
 
     Args:
         smoothed, names, columns: as of `drowned`.
+        without: what that found.
     """
     figures = {name: noise.std for name, noise in smoothed.noise.items()}
     outputs = [smoothed.noise[name] for name in names]
     said = ", ".join(f"{name} {smoothed.noise[name].std:.3g}" for name in columns)
     findings = [Finding("noise", "note", f"Noise ({outputs[0].source}): {said}.", figures)]
-    without = drowned(smoothed, names, columns)
     for name, (signal, left) in without.items():
         severity: Severity = "refuse" if len(without) == len(columns) else "warn"
         then = "nothing can be told from it" if severity == "refuse" else "it is left out"
