@@ -28,7 +28,7 @@ from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base, over_windows
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import other_curves, tables, worth_while
-from mmt_drake.diagnosis.search.minima import moved_about
+from mmt_drake.diagnosis.search.minima import moved_about, other_numbers
 from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
 from mmt_drake.diagnosis.search.screening import TRY_MORE
@@ -261,6 +261,7 @@ class _LawSession(DiagnosisSession):
         self.watch.begin(_MINIMUM)
         # Above that what is named may stand in a poor minimum: intervals say nothing of a better one elsewhere.
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
+        best = other_numbers(standard.problem, best, self.executor)
         there = surely_there(standard.problem, best, fits)
         if not there.hypothesis.effects or (there is not best and not sure):
             return None

@@ -7,17 +7,19 @@ from search_samples import BIAS, CUBIC, ENOUGH, fitted_base
 from trial_samples import CARRIAGE, COULOMB, cut, problem_of
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
-from mmt_drake.diagnosis.fit.prepare import scales_of
+from mmt_drake.diagnosis.fit.prepare import prepare, scales_of
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.search.minima import kin, prune, random_restarts, simplify
+from mmt_drake.diagnosis.search.minima import kin, other_numbers, prune, random_restarts, simplify
 from mmt_drake.diagnosis.search.screening import screen
 from mmt_drake.diagnosis.search.starts import Seed, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession
+from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import MmtError
 from mmt_drake.model.driven_model import DrivenBodyModel
+from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalContact
 
 
 def test_an_effect_that_only_made_up_for_a_poor_fit_of_another_one_is_pruned():
@@ -51,6 +53,23 @@ def test_beside_a_second_effect_a_law_gives_way_to_the_special_case_that_it_is(s
     simple = keys[frozenset({"force_bias", second[0]})]
     assert simple.cost < ENOUGH**2 * problem.samples()
     assert not any("force_lag" in key for key in keys)
+
+
+def test_other_numbers_of_the_object_that_explain_more_are_found():
+    base = {"m": 0.84, "k1": 173.6, "k2": 395.4, "b1": 35.08, "b2": 44.01, "Fc": 0.0}
+    session = ContactSession(seed=1892859455, noise=0.0172, velocity=False)
+    recording = session.record({**base, "normal_k": 515.3, "normal_b": 10.6}, ())
+    prepared = prepare([recording], FlexibleBoxModel(BoxParameters(**base), NormalContact(515.3, 10.6)))
+    hypothesis = Hypothesis(FlexibleBoxModel(BoxParameters(**base), NormalContact(515.3, 10.6)), prepared.skew)
+    others = {"m": 0.85, "k1": 149.2, "k2": 630.0, "b1": 29.8, "b2": 39.2}
+    wrong = prepared.problem.fit(
+        hypothesis, hypothesis.vector({**hypothesis.structure_values(hypothesis.base()), **others}, {})
+    )
+    assert wrong.structure_values["k2"] > 550.0 and wrong.minimum.converged  # no way down from there
+    with ThreadPoolExecutor(1) as executor:
+        found = other_numbers(prepared.problem, wrong, executor)
+        assert other_numbers(prepared.problem, found, executor) is found
+    assert found.structure_values["k2"] == pytest.approx(base["k2"], rel=0.05)
 
 
 def test_a_law_of_friction_whose_own_starts_end_far_off_is_found_from_the_numbers_of_its_kin():
