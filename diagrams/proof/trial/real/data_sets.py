@@ -30,6 +30,7 @@ def _model(
 
 
 def motions(*names: str) -> tuple[RealPart, ...]:
+    """Motions of the servo, under the load that gravity is."""
     return tuple(RealPart(f"xl330_{name}.npz", prepared=loaded_by_gravity) for name in names)
 
 
