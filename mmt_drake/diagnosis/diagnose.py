@@ -261,7 +261,8 @@ class _LawSession(DiagnosisSession):
         self.watch.begin(_MINIMUM)
         # Above that what is named may stand in a poor minimum: intervals say nothing of a better one elsewhere.
         (best,) = moved_about(standard.problem, [best], self.executor, self.watch, until=NOISE_ALONE, in_vain=1)
-        best = other_numbers(standard.problem, best, self.executor)
+        if not self.watch.is_late():
+            best = other_numbers(standard.problem, best, self.executor)
         there = surely_there(standard.problem, best, fits)
         if not there.hypothesis.effects or (there is not best and not sure):
             return None
