@@ -14,7 +14,7 @@ Easily confused with:
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
-_LEAST_S = 1.6e-3
+_LEAST_S = 1.6e-3  # of an interval over which a slope is taken: 500 Hz is as it is, 1 kHz is averaged
 
 
 @law(Slot.SENSOR, remembers=True, order=1, every_axis=True)

@@ -34,7 +34,9 @@ def motions(*names: str) -> tuple[RealPart, ...]:
     return tuple(RealPart(f"xl330_{name}.npz", prepared=loaded_by_gravity) for name in names)
 
 
-def balls(ball: str, mass: float, concealed: str, simple: float | None = None) -> RealCase:
+def balls(
+    ball: str, mass: float, concealed: str, families: tuple[str, ...] = ("viscous",), simple: float | None = None
+) -> RealCase:
     """Two drops of one ball of a mass [kg]: the first is fitted, the second held out."""
     drops = tuple(RealPart(f"{ball}.npz", number=number, prepared=from_release) for number in (0, 1))
     return RealCase(
@@ -43,7 +45,7 @@ def balls(ball: str, mass: float, concealed: str, simple: float | None = None) -
         held_out=(HeldOut("second drop", drops[1:]),),
         model={"structure": "driven_body", "parameters": {"m": mass}, "gravity": {"kind": "constant", "value": 9.81}},
         concealed=concealed,
-        families=("viscous",) if concealed.startswith("drag") else (),
+        families=families,
         unit="m",
         simple=simple,
     )
@@ -62,7 +64,7 @@ def _scan(name: str, file: str, simple: float | None = None) -> RealCase:
     )
 
 
-def reaching(person: str, concealed: str) -> RealCase:
+def reaching(person: str, concealed: str, families: tuple[str, ...] = ("timing",)) -> RealCase:
     """A field of 6 N s/m, felt by one person in single reaches: recordings 5 to 30 of the file are those with it."""
     fitted, unseen = (
         tuple(RealPart(f"{person}.npz", number=n) for n in some) for some in (range(6, 16), range(16, 30))
@@ -73,7 +75,7 @@ def reaching(person: str, concealed: str) -> RealCase:
         held_out=(HeldOut("later reaches", unseen),),
         model=_model("kelvin_voigt", k=0.0, b=6.0),
         concealed=concealed,
-        families=() if concealed == "nothing" else ("timing",),
+        families=families,
         unit="mN",
     )
 
@@ -145,7 +147,7 @@ CASES: Final = (
     balls("tennis_ball", 0.0567, "drag", simple=0.0128),
     balls("baseball", 0.1417, "drag, too small to be seen: it cannot be told"),
     balls("golf_ball", 0.0459, "drag, too small to be seen: it cannot be told"),
-    balls("bowling_ball", 2.296, "nothing that could be seen", simple=0.017),
+    balls("bowling_ball", 2.296, "nothing that could be seen", (), simple=0.017),
     _scan("pressed", "ContPalpRAL18T1.npz", simple=0.318),
     _scan("slid", "Hamlyn_Zone2_T1.npz"),
     _scan("wrist_fixed", "zone1_wrist_fixed.npz"),
@@ -241,7 +243,7 @@ CASES: Final = (
         unit="mrad",
     ),
     reaching("D70_person01", "a delay of 70 ms"),
-    reaching("ND_person01", "nothing"),
+    reaching("ND_person01", "nothing", ()),
 )
 
 
