@@ -10,8 +10,9 @@ from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, fit_widenin
 from mmt_drake.diagnosis.fit.floors import weighed, with_floors
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.problem import FAR, Fitted, Problem
 from mmt_drake.errors import attempt
+from mmt_drake.model.parameters import NORMAL
 from mmt_drake.model.structure import Structure
 from mmt_drake.model_files import Model, compared
 from mmt_drake.recording import Recording
@@ -26,6 +27,9 @@ BEGUN, BEGUN_STEPS = 8.0, 8
 """Where what begins near ends at a bound, parameters are begun so many times as large and as small, for a few steps;
 and so many of the best of these are fitted in full."""
 TAKEN_ON = 3
+CRUDE = 2.0
+"""Where what leaves more than noise has a number so many times as large or as small as believed, the numbers of the
+structure are begun elsewhere one by one: from far away the nearest minimum is often a poor one."""
 MUCH, SHORTER = 20.0, 3.0
 """Where a body drifts and its model leaves so many times the noise, it is searched over windows that much shorter."""
 
@@ -97,6 +101,9 @@ def fit_base(
             return nominal, doubting
         if at_bounds(nearest):
             found = _from_afar(problem, nearest, executor)
+        nearest = min(found, key=lambda f: f.cost)
+        if _is_crude(nearest) and not _is_noise(problem, nearest):
+            found = [*found, *_from_elsewhere(problem, nearest, executor)]
     elif at_bounds(nearest):
         found = [fit_widening(problem, nearest.hypothesis, nearest.x, steps=STEPS, converged_at=CONVERGED)]
     least, scale = min(f.cost for f in found), hypothesis.limits(start)[2]
@@ -133,6 +140,21 @@ def _doubting(problem: Problem, nearest: Fitted, executor: Executor) -> Fitted |
     return best if best is not None and _is_noise(problem, best) else None
 
 
+def _is_crude(fitted: Fitted) -> bool:
+    """Whether a number of the structure is many times as large or as small as what was believed."""
+    believed = fitted.hypothesis.structure_values(fitted.hypothesis.base())
+    found = fitted.structure_values
+    pairs = [(abs(found[s]), abs(value)) for s, value in believed.items() if s not in NORMAL and value != 0.0]
+    return any(max(now, was) > CRUDE * min(now, was) for now, was in pairs)
+
+
+def _from_elsewhere(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fitted]:
+    """Fits that begin with one number far from where the nearest one ended: a few steps each, and on from the best."""
+    starts = [(nearest.hypothesis, x) for x in nearest.elsewhere(FAR)]
+    begun = problem.fits(starts, executor, steps=BEGUN_STEPS, secant=True)
+    return _let_go(problem, sorted(begun, key=lambda f: f.cost)[:TAKEN_ON], executor)
+
+
 def _from_afar(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fitted]:
     """Fits whose bounds gave way wherever they ran into them, from near and from far.
 
@@ -149,8 +171,13 @@ def _from_afar(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fi
     starts = [(wide, wide.vector({**values, **some}, {})) for some in far]
     begun = problem.fits(starts, executor, steps=BEGUN_STEPS, secant=True)
     best = [nearest, *sorted(begun, key=lambda f: f.cost)[:TAKEN_ON]]
+    return _let_go(problem, best, executor) or [nearest]
+
+
+def _let_go(problem: Problem, fits: Sequence[Fitted], executor: Executor) -> list[Fitted]:
+    """The fits taken on, with bounds that give way; those that can be simulated."""
 
     def let_go(f: Fitted) -> Fitted | None:
         return attempt(fit_widening, problem, f.hypothesis, f.x, steps=STEPS, converged_at=CONVERGED)
 
-    return [f for f in executor.map(let_go, best) if f is not None] or [nearest]
+    return [f for f in executor.map(let_go, fits) if f is not None]

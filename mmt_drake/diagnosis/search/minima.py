@@ -4,12 +4,10 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
-import numpy as np
-
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT
 from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.problem import FAR, Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.search.in_plane import per_axis_if_better, the_other_if_better
 from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
@@ -18,15 +16,12 @@ from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 from mmt_drake.effects.effect import Effect
 from mmt_drake.effects.viscoelastic_relaxation import TIME_CONSTANT
 from mmt_drake.errors import attempt
-from mmt_drake.model.parameters import NORMAL
 
 _OTHER_FRICTION = 4
 """So many of the best are tried with friction the other one of a vector and one for each axis."""
 _RESTARTED, _MOVES = 2, 8
 _FIRST_STEPS, _TAKEN_ON = 2, 3
 """After so many steps from every move, so many of each set are taken on."""
-_FAR = (0.6, 1.6)
-"""Times what it is a number is begun where another minimum is sought."""
 _TURNS, _IN_VAIN, _BETTER = 12, 2, 0.9
 """So many turns at most, and so many one after the other that leave more than this part of the variance."""
 _WINDOWS = (48, 24)
@@ -231,14 +226,8 @@ def other_numbers(problem: Problem, best: Fitted, executor: Executor) -> Fitted:
         executor: runs the fits.
     """
     quick = replace(problem, coarse=max(problem.coarse, COARSE))
-    hypothesis, (low, high, _) = best.hypothesis, best.hypothesis.limits(best.x)
-    starts = [best.x]
-    for i, symbol in enumerate(hypothesis.free):
-        if symbol not in NORMAL and best.x[i] != 0.0:
-            for times in _FAR:
-                x = best.x.copy()
-                x[i] *= times
-                starts.append(np.clip(x, low, high))
+    hypothesis = best.hypothesis
+    starts = [best.x, *best.elsewhere(FAR)]
     begun = [(hypothesis, x) for x in starts]
     found = quick.fits(begun, executor, steps=REFINING_STEPS, converged_at=SETTLED, secant=True)
     least = min(found, key=lambda f: f.cost, default=best)
