@@ -27,7 +27,7 @@ from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base, over_windows
 from mmt_drake.diagnosis.search.in_plane import said
-from mmt_drake.diagnosis.search.learn import other_curves, tables, worth_while
+from mmt_drake.diagnosis.search.learn import more_branches, other_curves, tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about, other_numbers
 from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
@@ -133,14 +133,16 @@ def _session(
     problem, fine = searched.problem, prepared.fine
     assert problem is not None and fine is not None  # of recordings that were not refused
     model = compared(model, prepared.window_s, prepared.initial)
-    handed, model = model, cast(Model, said(problem, model, prepared.skew))
+
+    def fitted(friction: Model) -> Fitted:
+        return fit_base(problem, friction, prepared.skew, workers)[1]
+
+    handed, (model, begun) = model, said(problem, model, fitted)
     effects = [e.within(model) for e in library if e.name != TABULATED]
     if isinstance(model, SurfaceContact):
         return SurfaceSession(prepared, problem, problem, model, effects, workers, watch, refit)
-    polish = Polish(workers)
-    return _LawSession(
-        prepared, problem, fine, model, effects, workers, watch, refit, polish, next_motion, model is not handed
-    )
+    common = prepared, problem, fine, model, effects, workers, watch, begun or refit
+    return _LawSession(*common, Polish(workers), next_motion, model is not handed)
 
 
 @dataclass(frozen=True)
@@ -282,7 +284,8 @@ class _LawSession(DiagnosisSession):
         if verdict == "unexplained" or (differs and gate.leaves_much(shares, of_refit)):
             return None
         is_asked = sure and standard.left(best) > gate.NOTHING_LEFT
-        bent = other_curves(standard.problem, best, self.executor) if is_asked else frozenset()
+        others = (other_curves, more_branches) if is_asked else ()
+        bent = frozenset().union(*(other(standard.problem, best, self.executor) for other in others))
         if (free := undiluted(standard.problem, best)) is not best:
             best, shares = free, self.shares(standard.problem, free, fits)
         ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]

@@ -208,13 +208,19 @@ def _with_friction_said(problem: Problem, best: Fitted, skew: float) -> Structur
 
     Neither they nor those that were found need be such as can be simulated at this rate: then nothing is said of it.
     """
+
+    def fitted(friction: Model) -> Fitted:
+        hypothesis = replace(Hypothesis.of(friction, skew), unseen=problem.unseen)
+        return problem.fit(hypothesis, hypothesis.base())
+
     nominal = best.hypothesis.nominal
     for model in (nominal, best.model):
-        found = attempt(said, problem, model, skew)
-        if isinstance(found, FlexibleBoxModel) and isinstance(nominal, FlexibleBoxModel):
-            return replace(nominal, in_plane=found.in_plane)
+        found = attempt(said, problem, cast(Model, model), fitted)
         if found is not None:
-            return found
+            better, _ = found
+            if isinstance(better, FlexibleBoxModel) and isinstance(nominal, FlexibleBoxModel):
+                return replace(nominal, in_plane=better.in_plane)
+            return better
     return nominal
 
 

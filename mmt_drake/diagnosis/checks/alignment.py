@@ -11,6 +11,7 @@ from mmt_drake.diagnosis.signals.clocks import near
 from mmt_drake.diagnosis.signals.lags import LagFit, best_lag, products
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.numeric.arrays import Array, Flags
+from mmt_drake.recording import Recording
 
 _SEARCH_S = 0.6  # offsets that touches are asked for
 _LATEST_S = 0.25  # an answer may be so late and still be a delay
@@ -26,6 +27,7 @@ _ALIKE, _UNLIKE = 0.8, 0.3
 _RIVAL = 0.9
 _LONGEST_LAG_S = 2.0
 _SAME_PEAK_S = 0.25
+_SCATTER = 0.5  # of how late a flag is, over all its changes: more is a surface that is elsewhere
 _ENOUGH = 20_000  # samples that tell an offset
 _SLOW = 0.1  # of the RMS speed: below it friction does not tell its direction
 
@@ -36,7 +38,8 @@ def normal_fit(smoothed: Smoothed) -> LagFit | None:
     F_z = -k z - b v_z, position and velocity cut off by contact and through the filter of the force; the coefficients
     are k and b, of these alone. Of all offsets to 0.6 s the one of least squares counts, the nearer to nothing of two:
     that one, and with the simplest of what else would pass for an offset left free: a spring and a damper that grow
-    with the depth, and what of the forces along x and y a sensor that is askew reads along z. An offset shows in both.
+    with the depth, what of the forces along x and y a sensor that is askew reads along z, and the inertia of what the
+    sensor carries, in contact or not. An offset shows in both.
     What is explained is of the fit whose offset counts, where k and b alone explain the force; else of these alone.
     """
     if smoothed.kind != "contact" or len(smoothed.contact.changes) == 0 or not smoothed.in_contact.any():
@@ -45,7 +48,8 @@ def normal_fit(smoothed: Smoothed) -> LagFit | None:
     height = np.column_stack([smoothed.input[:, 2], smoothed.input_rate[:, 2]])
     causes = smoothed.filter(-touching[:, np.newaxis] * height)
     growing = smoothed.filter(touching[:, np.newaxis] * height * height[:, :1])
-    beside = np.column_stack([growing, smoothed.output[:, :2]])
+    inertia = smoothed.filter(np.gradient(smoothed.input_rate[:, 2], 1.0 / smoothed.rate_hz))
+    beside = np.column_stack([growing, smoothed.output[:, :2], inertia])
     beside = beside[:, np.any(beside != 0.0, axis=0)]
     how = _SEARCH_S, smoothed.rate_hz, smoothed.low_pass.band_hz, _recorded(smoothed)
     plain = best_lag(causes, smoothed.output[:, 2], *how)
@@ -116,6 +120,39 @@ def offset_findings(fit: LagFit | None, step: float) -> list[Finding]:
         return [Finding("offset", "note", f"Force and position share a clock: touches agree to {said}.", figures)]
     way = "earlier" if fit.offset < 0.0 else "later"
     return [Finding("offset", "warn", f"At touches the force is {said} {way} than the position.", figures)]
+
+
+def flag_findings(recording: Recording, smoothed: Smoothed) -> list[Finding]:
+    """A recorded contact that goes by the force: later than the height's crossings of 0 by the same time at each.
+
+    A surface that is elsewhere makes one of touch and release late and the other early.
+
+    Args:
+        recording: as read.
+        smoothed: the same.
+    """
+    if smoothed.kind != "contact" or "in_contact" in recording.derived:
+        return []
+    flags, time = recording["in_contact"] != 0.0, recording.time
+    below = np.interp(time, smoothed.time, smoothed.input[:, 2]) < 0.0
+    new, crossings = (np.flatnonzero(some[1:] != some[:-1]) + 1 for some in (flags, below))
+    lags = np.array([_nearest(time[i] - time[crossings[below[crossings] == flags[i]]]) for i in new])
+    if len(set(flags[new])) < 2 or not np.isfinite(lags).all():
+        return []
+    late = float(np.median(lags))
+    if lags.min() <= max(_EARLY_TOUCH_S, 2.0 * smoothed.clock.step) or np.ptp(lags) > _SCATTER * late:
+        return []
+    text = (
+        f"in_contact changes {1e3 * late:.3g} ms after position_z crosses 0, at each of its {len(new)} changes: it "
+        "goes by the force and not by the probe. Leave that column out, and contact is where position_z < 0."
+    )
+    return [Finding("late_flag", "warn", text, {"late_s": late})]
+
+
+def _nearest(lags: Array) -> float:
+    """That of some times which is least; infinite where there is none, or none within `_SEARCH_S`."""
+    least = min(lags, key=abs, default=math.inf)
+    return float(least) if abs(least) <= _SEARCH_S else math.inf
 
 
 def law_findings(smoothed: Smoothed, fit: LagFit | None) -> list[Finding]:

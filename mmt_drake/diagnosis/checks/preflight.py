@@ -4,7 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mmt_drake.diagnosis.checks.alignment import lag_findings, law_findings, law_fit, normal_fit, offset_findings
+from mmt_drake.diagnosis.checks.alignment import (
+    flag_findings,
+    lag_findings,
+    law_findings,
+    law_fit,
+    normal_fit,
+    offset_findings,
+)
 from mmt_drake.diagnosis.checks.excitation import AxisMotion, excitation_findings, motions
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.checks.plausibility import drive_findings, sign_findings, unit_findings
@@ -158,7 +165,7 @@ def _conventions(
     fit, law = None if clipped else normal_fit(smoothed), law_fit(smoothed)
     findings = sign_findings(smoothed, fit, law, nominal, used)
     findings += drive_findings(model, law, nominal, smoothed.output)
-    findings += offset_findings(fit, smoothed.clock.step)
+    findings += offset_findings(fit, smoothed.clock.step) + flag_findings(recording, smoothed)
     if not _out_of_step(findings):
         findings += law_findings(smoothed, law) or lag_findings(smoothed, nominal, used)
     return findings + unit_findings(smoothed, model, nominal, used, fit)

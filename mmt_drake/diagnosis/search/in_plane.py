@@ -1,35 +1,32 @@
 """Friction of which nobody said whether it is a vector in the plane or one for each axis."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
-from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import FlexibleBoxModel, InPlane
 from mmt_drake.model.structure import Structure
+from mmt_drake.model_files import Model
 
 
-def said(problem: Problem, model: Structure, skew: float) -> Structure:
-    """The model handed in; if it has friction already and does not say which, with what fits better.
+def said(problem: Problem, model: Model, fit: Callable[[Model], Fitted]) -> tuple[Model, Fitted | None]:
+    """The model handed in, and None; if it has friction already and does not say which, with what fits better, and fit.
 
     Args:
         problem: to be explained.
         model: nominal.
-        skew: the largest skew allowed [s].
+        fit: of a model's numbers to the problem; near crude ones the wrong friction may be the better.
 
     Raises:
         MmtError: the model cannot be simulated.
     """
     if not _is_open(problem, model, model):
-        return model
-
-    def left(friction: Structure) -> float:
-        hypothesis = replace(Hypothesis.of(friction, skew), unseen=problem.unseen)
-        return problem.fit(hypothesis, hypothesis.base()).cost
-
-    return min((_with(model, "vector"), _with(model, "per_axis")), key=left)
+        return model, None
+    both = (_with(model, "vector"), _with(model, "per_axis"))
+    return min(((friction, fit(friction)) for friction in both), key=lambda found: found[1].cost)
 
 
 def per_axis_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:
@@ -64,7 +61,7 @@ def _is_open(problem: Problem, nominal: Structure, model: Structure) -> bool:
     return unsaid and both_move and isinstance(model, FlexibleBoxModel) and model.couples
 
 
-def _with(model: Structure, which: InPlane) -> Structure:
+def _with(model: Structure, which: InPlane) -> FlexibleBoxModel:
     assert isinstance(model, FlexibleBoxModel)  # nothing else is open
     handed = model.handed
     if handed is not None:

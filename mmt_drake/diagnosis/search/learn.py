@@ -13,6 +13,7 @@ from mmt_drake.diagnosis.fit.nameless import table_signals
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import chance
 from mmt_drake.effects import tabulated_force
+from mmt_drake.effects.effect import Effect
 from mmt_drake.effects.tabulated_force import SIGNALS
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.numeric.arrays import Array
@@ -25,10 +26,14 @@ OTHER, UNLIKELY = 0.1, 0.05
 do that with less than this probability."""
 _DEPENDS_ON = {"contact_stiffness": "deflection", "dry_friction": "sliding_velocity", "viscous": "sliding_velocity"}
 """Family of laws that are a curve over one signal -> that signal."""
+_BRANCHING = ("viscoelastic_relaxation", "hysteresis")
+"""Laws that relax or yield at one rate, where materials have many: more of them side by side are another law."""
+_WEAKER, _APART = 0.3, (0.25, 4.0)
+"""A further branch begins with this part of the strength, and so many times what gives the first one its shape."""
 SIGNIFICANT = 0.01
 _LEAST_TRIED = 4
 """Signals that a table is learned over, however late it is."""
-_STEPS = 4
+_STEPS, _FURTHER_STEPS = 4, 12
 _RIDGE = 0.05  # of the residual's strength: what pulls the second differences of a table to 0
 _TABLE = tabulated_force.EFFECT.name
 
@@ -93,6 +98,33 @@ def other_curves(problem: Problem, best: Fitted, executor: Executor) -> frozense
     return frozenset(name for name, of in along.items() if of in better)
 
 
+def more_branches(problem: Problem, best: Fitted, executor: Executor) -> frozenset[str]:
+    """Effects of a fit beside which one more of the same kind, faster or slower, explains some of what is left.
+
+    Their law then may be another one of the family: a spectrum of relaxations, as of most materials, or of levels.
+
+    Args:
+        problem: the recordings on the clock of the verdict.
+        best: the fit.
+        executor: runs the fits.
+    """
+
+    def has_more(effect: Effect) -> bool:
+        further = replace(effect, name=f"further_{effect.name}")
+        if not best.hypothesis.admits(further):
+            return False
+        known, wider = best.effect_values[effect.name], best.hypothesis.adding(further)
+        shapes = [p.symbol for p in wider.fitted_parameters(further) if p.shape]
+        own = {p.symbol: _WEAKER * known[p.symbol] for p in wider.fitted_parameters(further) if not p.shape}
+        begun = [own | {symbol: times * known[symbol] for symbol in shapes} for times in _APART]
+        starts = [(wider, best.numbers_for(wider, {further.name: values})) for values in begun]
+        fits = problem.fits(starts, executor, steps=_FURTHER_STEPS)
+        return any(_takes(problem, best, fitted, len(_APART), OTHER, UNLIKELY) for fitted in fits)
+
+    branching = (e for e in best.hypothesis.effects if e.name in _BRANCHING)
+    return frozenset(effect.name for effect in branching if has_more(effect))
+
+
 def worth_while(
     problem: Problem, refit: Fitted, learned: Sequence[Learned], share: float = WORTH, significant: float = SIGNIFICANT
 ) -> Learned | None:
@@ -110,10 +142,14 @@ def worth_while(
     fitted = attempt(problem.fit, learned[0].fitted.hypothesis, learned[0].fitted.x, steps=6)
     if fitted is None:
         return None
-    before, after = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (refit, fitted))
-    if after > (1.0 - share) * before or chance(problem, refit, fitted, len(learned)) > significant:
-        return None
-    return replace(learned[0], fitted=fitted)
+    is_better = _takes(problem, refit, fitted, len(learned), share, significant)
+    return replace(learned[0], fitted=fitted) if is_better else None
+
+
+def _takes(problem: Problem, before: Fitted, after: Fitted, tries: int, share: float, significant: float) -> bool:
+    """Whether a fit takes this share off the variance that another leaves on held-out data, and not by chance."""
+    was, now = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (before, after))
+    return now <= (1.0 - share) * was and chance(problem, before, after, tries) <= significant
 
 
 def _over_each(

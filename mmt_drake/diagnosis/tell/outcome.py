@@ -149,10 +149,9 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     if named is not None and believed is not None:
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
-        may_be_nothing = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
-        depths = {
-            e.name: _depth(e, named, believed, judgement, e.name in may_be_nothing) for e in named.hypothesis.effects
-        }
+        unsure = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
+        unsure |= judgement.bent | _of_no_mass(delivered, known_to)
+        depths = {e.name: _depth(e, named, believed, judgement, e.name in unsure) for e in named.hypothesis.effects}
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
     mismatch = Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes)
@@ -181,24 +180,32 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
 
 
 def _depth(
-    effect: Effect, named: Fitted, believed: ConfidenceSet, judgement: Judgement, may_be_nothing: bool
+    effect: Effect, named: Fitted, believed: ConfidenceSet, judgement: Judgement, may_be_other: bool
 ) -> Depth | None:
     """How deep the name of an effect holds; None where not even its block is sure.
 
     Args:
         effect: of the set that is named.
         named, believed, judgement: that set, those that are not ruled out, and what was made of them.
-        may_be_nothing: whether the interval of its number reaches the value at which it does nothing.
+        may_be_other: whether it may be another law of its family, whatever was tried.
     """
     if judgement.verdict == "ambiguous":
         return None
     shares = defaultdict(float, {part.part: part.share for part in judgement.shares})
     own, nameless = shares[effect.name], shares[NAMELESS]
     untried = _untried_for(effect, named, judgement.untried, nameless > MOST_NAMELESS * own)
-    may_be_other = may_be_nothing or effect.name in judgement.bent
     depth = beside_the_nameless(believed.depth(effect), own, nameless, may_be_other, shares[SHARED])
     depth = beside_a_greater(depth, effect, {e: shares[e.name] for e in named.hypothesis.effects})
     return beside_the_untried(beside_its_kin(depth, effect, named.hypothesis.effects), effect, untried)
+
+
+def _of_no_mass(delivered: Fitted, known_to: Sequence[tuple[float, float]]) -> frozenset[str]:
+    """Effects of a body of next to no mass that another structure has another law for (`Effect.near_equal`)."""
+    nominal = delivered.hypothesis.nominal
+    masses = [p for p in zip(delivered.hypothesis.free_parameters(), known_to, strict=True) if p[0].key == ("", "m")]
+    if not any(low <= parameter.low for parameter, (low, _) in masses):
+        return frozenset()
+    return frozenset(name for law in LIBRARY.values() if not law.acts_on(nominal) for name in law.near_equal)
 
 
 def _untried_for(effect: Effect, named: Fitted, untried: Iterable[str], more_is_missing: bool = False) -> list[Effect]:
