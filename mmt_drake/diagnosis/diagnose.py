@@ -27,7 +27,7 @@ from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base, over_windows
 from mmt_drake.diagnosis.search.in_plane import said
-from mmt_drake.diagnosis.search.learn import more_branches, other_curves, tables, worth_while
+from mmt_drake.diagnosis.search.learn import learned_over, more_branches, other_curves, tables, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about, other_numbers
 from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
@@ -52,6 +52,8 @@ LOOK_CLOSER = 6.0
 """RMS of the residual over the noise floor above which accurate integration would not make a fit explain enough."""
 CONTENDERS = 3
 """How many of the best candidates, and of the best single effects, are fitted once more before the verdict."""
+OFFSETS, ALIKE = frozenset({"force_bias", "constant_force"}), 1.1
+"""Effects that are no more than an offset; a table is as good without them where it leaves so many times as much."""
 NEAR = 1.5
 """Candidates that leave at most so many times as much as the best may have the block of an event for the fit."""
 
@@ -194,9 +196,9 @@ class _LawSession(DiagnosisSession):
         known = [*gate.ranked(fine, polished), *(f for f in others if f is not None)]
         nothing = Judgement("unexplained", standard, refit, refit, (), known, believed, tried, self.watch.missed)
         judgement = self._named(nothing, [refit, *polished], levels)
+        if judgement is not None and judgement.verdict == "partly_explained":
+            judgement = self._beside_its_table(problem, self._with_table(problem, judgement, polished))
         if judgement is not None:
-            if judgement.verdict == "partly_explained":
-                judgement = self._with_table(problem, judgement, polished)
             outcome = self.told(judgement)
             named = outcome.diagnosis.effects[: len(judgement.best.hypothesis.effects)]
             settled = judgement.verdict != "ambiguous" and all(e.certain == "law" for e in named)
@@ -245,6 +247,26 @@ class _LawSession(DiagnosisSession):
             learned = replace(learned, fitted=undiluted(standard.problem, learned.fitted)) if better else None
         return replace(judgement, learned=learned, shapes=shapes)
 
+    def _beside_its_table(self, problem: Problem, judgement: Judgement) -> Judgement | None:
+        """The judgement, if a table alone predicts worse than with the offsets named beside it; else without any name.
+
+        A curve has an offset of its own: a spring that is stiffer one way than the other looks like one.
+
+        Args:
+            problem: as it was searched.
+            judgement: with the table of what its fit leaves, if there is one.
+        """
+        best, learned = judgement.best, judgement.learned
+        if learned is None or not best.hypothesis.key <= OFFSETS:
+            return judgement
+        bare, refit = best.hypothesis.without(*best.hypothesis.names), judgement.refit
+        alone = learned_over(
+            problem, problem.fit(bare, refit.x, steps=STEPS), learned.values["of"], learned.values["at"]
+        )
+        ruler = self.ruler(judgement.standard.problem)
+        is_as_good = alone is not None and ruler.of(alone.fitted.model) <= ALIKE * ruler.of(learned.fitted.model)
+        return None if is_as_good else judgement
+
     def _named(
         self, nothing: Judgement, fits: Sequence[Fitted], levels: Sequence[Sequence[Fitted]]
     ) -> Judgement | None:
@@ -279,6 +301,11 @@ class _LawSession(DiagnosisSession):
             return None
         of_refit = self.of_refit(best, refit, standard)
         verdict = gate.with_physics(standard.left(best), shares, of_refit)
+        if verdict == "partly_explained" and (there := surely_there(standard.problem, best, fits, 1.0)) is not best:
+            # What has no name may have it all: where much is left, a name needs an interval that holds no nothing.
+            best, shares = there, self.shares(standard.problem, there, fits)
+            of_refit = self.of_refit(best, refit, standard)
+            verdict = gate.with_physics(standard.left(best), shares, of_refit)
         # Explanations that differ by their block may all draw something else; equals say the same.
         differs = not sure and not believed.has_equal(best)
         if verdict == "unexplained" or (differs and gate.leaves_much(shares, of_refit)):

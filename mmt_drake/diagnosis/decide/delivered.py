@@ -12,7 +12,7 @@ CLEARLY = 4.0
 """An effect beside others is worth naming if its share is so many times that of what nobody has named: it may have
 taken from that alone."""
 
-_CORE = 0.1
+CORE = 0.1
 """Of an interval the part that is its core: a number that is less than so much of its uncertainty may be anything."""
 
 BESIDE_THE_COMMON = 0.1
@@ -51,25 +51,27 @@ def _takes_next_to_nothing(best: Fitted, alone: Fitted, fits: Sequence[Fitted]) 
     return alone.cost - best.cost <= BESIDE_THE_COMMON * (nothing - alone.cost)
 
 
-def surely_there(problem: Problem, best: Fitted, fits: Sequence[Fitted]) -> Fitted:
-    """The fit without those effects of which even the core of the told interval holds nothing; itself if there is none.
+def surely_there(problem: Problem, best: Fitted, fits: Sequence[Fitted], part: float = CORE) -> Fitted:
+    """The fit without those effects of which this part of the told interval holds nothing; itself if there is none.
 
     These intervals allow for what nameless laws may hide, so that an effect which only stands for one of them is as
-    wide as that. Where no more than the ends hold nothing the name is told, and no surer than its family.
+    wide as that. Where no more than the ends hold nothing the name is told, if next to nothing is left without a name,
+    and no surer than its family.
 
     Args:
         problem: what was fitted.
         best: the fit.
         fits: what was held against each other.
+        part: about the value; 1 is the whole interval.
     """
-    cores = [_core(float(value), span) for value, span in zip(best.x, intervals(problem, best), strict=True)]
+    cores = [_core(float(value), span, part) for value, span in zip(best.x, intervals(problem, best), strict=True)]
     unsure = within_reach_of_nothing(best, cores)
     return _fit_of(problem, best, best.hypothesis.without(*unsure), fits) if unsure else best
 
 
-def _core(value: float, interval: tuple[float, float]) -> tuple[float, float]:
+def _core(value: float, interval: tuple[float, float], part: float) -> tuple[float, float]:
     """The inner part of an interval, about the value; of one that a bound cuts off, by its longer side."""
-    half = _CORE * max(value - interval[0], interval[1] - value)
+    half = part * max(value - interval[0], interval[1] - value)
     return value - half, value + half
 
 

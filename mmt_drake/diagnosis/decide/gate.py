@@ -30,7 +30,7 @@ NAMED, OF_REFIT = 0.2, 0.5
 """Effects explain a part of it if they have this share, or take this part off what a refit leaves ..."""
 LEAST = 0.3
 """... and this at least: a share that other numbers would have taken as well is none."""
-MOST_BESIDE_THE_UNSURE = 0.5
+MOST_BESIDE_THE_UNSURE = 0.25
 """Effects of different blocks that may stand for one another are no answer if they leave more than this part of what
 they take: each may be no more than the law that comes nearest to one outside the library."""
 SIGNIFICANT = 0.01

@@ -156,10 +156,18 @@ def _over_each(
     problem: Problem, fitted: Fitted, signals: Iterable[tuple[str, Sequence[float]]], executor: Executor
 ) -> Iterator[Learned | None]:
     """A table beside a fit over each signal with these knots, in their order."""
-    return executor.map(_learned, *zip(*((problem, fitted, *signal) for signal in signals), strict=True))
+    return executor.map(learned_over, *zip(*((problem, fitted, *signal) for signal in signals), strict=True))
 
 
-def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
+def learned_over(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
+    """A table over one signal, the parameters fitted again beside it; None where it cannot be simulated.
+
+    Args:
+        problem: the recordings.
+        refit: the fit without a table.
+        of: of `SIGNALS`.
+        at: its knots.
+    """
     hypothesis, base = refit.hypothesis, refit.x
     n = len(base)
     strength = problem.left(refit)
