@@ -1,13 +1,14 @@
 """What is said of clocks by a fit whose figures are given."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from diagnosis_samples import Strokes, contact_recording
 from trial_samples import changed
 
-from mmt_drake.diagnosis.checks.alignment import normal_fit, offset_findings
+from mmt_drake.diagnosis.checks.alignment import flag_findings, normal_fit, offset_findings
 from mmt_drake.diagnosis.signals.lags import LagFit
 from mmt_drake.diagnosis.signals.smoother import smooth
 
@@ -57,3 +58,32 @@ def test_a_spring_that_hardens_and_relaxes_on_one_clock_is_not_called_late() -> 
     fit = normal_fit(smooth(changed(recording, force_z=1e8 * depth**3 - 8e7 * relaxed * (depth > 0.0))))
     assert fit is not None and fit.offset > 0.02, "two laws in one look late to a spring and a damper"
     assert offset_findings(fit, STEP) == []
+
+
+def test_the_inertia_of_what_a_sensor_carries_is_not_called_early() -> None:
+    recording = contact_recording()
+    bounce = np.gradient(np.gradient(Strokes().z(recording.time), recording.time), recording.time)
+    carried = changed(recording, force_z=recording["force_z"] - 0.4 * bounce)
+    fit = normal_fit(smooth(carried))
+    assert fit is not None and abs(fit.offset) < 2e-3
+    assert all(finding.severity == "note" for finding in offset_findings(fit, STEP))
+
+
+@pytest.mark.parametrize(
+    ("late", "lower", "said"),
+    [(0.014, 0.0, "14 ms after position_z crosses 0"), (0.0, 0.0, None), (0.002, 0.0, None), (0.0, 3e-4, None)],
+    ids=["late with the force", "right", "late by two samples", "a surface that is elsewhere"],
+)
+def test_a_contact_that_is_recorded_late_is_told(late: float, lower: float, said: str | None) -> None:
+    recording = contact_recording()
+    height = Strokes().z(recording.time - late)
+    flagged = changed(recording, in_contact=(height < -lower).astype(float))
+    flagged = replace(flagged, derived=recording.derived - {"in_contact"})
+    found = flag_findings(flagged, smooth(flagged))
+    assert [finding.severity for finding in found] == (["warn"] if said else [])
+    assert said is None or said in found[0].text
+
+
+def test_a_contact_that_goes_by_the_height_is_never_late() -> None:
+    recording = contact_recording()
+    assert flag_findings(replace(recording, derived=recording.derived | {"in_contact"}), smooth(recording)) == []

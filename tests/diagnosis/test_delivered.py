@@ -57,6 +57,8 @@ def test_an_effect_is_not_delivered_where_a_tenth_of_its_told_interval_holds_not
     monkeypatch.setattr(delivered, "intervals", lambda problem, fitted: spans)
     problem: Any = None
     assert surely_there(problem, both, [both, named("coulomb_friction")]).hypothesis.names == left
+    whole = surely_there(problem, both, [both, named("coulomb_friction")], 1.0)  # where much is left without a name
+    assert whole.hypothesis.names == (left if bias[0] > 0.0 else ("coulomb_friction",))
 
 
 def leaving(cost: float, *names: str) -> Fitted:

@@ -106,6 +106,20 @@ def test_physics_outside_the_library_gets_no_name():
     assert {effect.name for effect in found.effects} <= {"tabulated_force"}
 
 
+def test_a_spring_that_is_stiffer_one_way_is_a_curve_and_no_offset_beside_one():
+    t = np.arange(8000) / 400.0
+    w = 2.0 * np.pi * np.array([0.31, 0.83, 1.7])
+    size = np.array([0.006, 0.004, 0.002])
+    x, v = np.sin(w * t[:, None]) @ size, np.cos(w * t[:, None]) @ (w * size)
+    noise = 0.02 * np.random.default_rng(2).standard_normal(len(t))
+    force = -np.where(x > 0.0, 0.6, 1.0) * SPRING.k * x - SPRING.b * v + noise
+    library = [LIBRARY[name] for name in (*SOME, "tabulated_force")]
+    found = diagnose([Recording(t, {"position": x, "velocity": v, "force": force})], SPRING, library=library).diagnosis
+    assert (found.verdict, [effect.name for effect in found.effects]) == ("unexplained", ["tabulated_force"])
+    assert found.effects[0].parameters["of"].value == "deflection"
+    assert found.fit.heldout_nrmse.augmented < 1.1 * found.fit.noise_floor < 0.2 * found.fit.heldout_nrmse.refit
+
+
 def test_a_still_hand_says_nothing():
     recording = recorded(seed=3, seconds=SECONDS)
     still = {name: np.full(len(recording), values[0]) for name, values in recording.columns.items()}

@@ -13,6 +13,8 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import scales_of
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.diagnosis.fit.validate import absent
+from mmt_drake.diagnosis.search.base import fit_base
+from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.minima import at_the_limit, the_other_friction
 from mmt_drake.diagnosis.search.screening import screen
 from mmt_drake.diagnosis.search.starts import Seed, all_starts
@@ -48,6 +50,23 @@ def test_friction_is_delivered_as_what_it_is(friction):
     assert found.parameters["Fc"].value == pytest.approx(LEVEL, rel=0.02)
     assert outcome.best is not None
     assert augmented_model(outcome.best)["friction"] == friction
+
+
+def test_friction_that_nobody_said_is_what_it_is_beside_numbers_ten_times_off():
+    right = MODEL.parameters
+    crude = replace(right, m=9.0 * right.m, k2=0.1 * right.k2, b1=0.1 * right.b1, b2=0.1 * right.b2, Fc=0.1 * LEVEL)
+    believed = replace(UNSAID, parameters=crude)
+    problem = problem_of(rubbed("vector"), believed)
+
+    def near(friction):  # a fit from the numbers handed in alone is caught on the way
+        hypothesis = Hypothesis(friction)
+        return problem.fit(hypothesis, hypothesis.base())
+
+    assert said(problem, believed, near)[0].in_plane == "per_axis"
+    with ThreadPoolExecutor(1) as executor:
+        chosen, found = said(problem, believed, lambda friction: fit_base(problem, friction, 0.0, executor)[1])
+    assert chosen.in_plane == "vector" and found.cost <= 1.2 * problem.samples()
+    assert found.structure_values["k2"] == pytest.approx(right.k2, rel=0.02)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 from residual_samples import PLAIN, leaving, strokes
 
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.search.learn import Learned, other_curves, tables, worth_while
+from mmt_drake.diagnosis.search.learn import Learned, more_branches, other_curves, tables, worth_while
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.effects import LIBRARY
 
@@ -67,6 +67,18 @@ def test_a_law_beside_which_a_curve_over_its_own_signal_says_more_may_be_another
     best = problem.fit(hypothesis, hypothesis.vector({}, {"quadratic_drag": {"c": DRAG}}))
     with ThreadPoolExecutor(1) as executor:
         assert other_curves(problem, best, executor) == bent
+
+
+@pytest.mark.parametrize(("further", "open_ones"), [((), set()), ((300.0, 0.06), {"viscoelastic_relaxation"})])
+def test_a_relaxation_beside_which_a_faster_one_explains_more_may_be_another_law(further, open_ones):
+    relaxation = LIBRARY["viscoelastic_relaxation"]
+    truth = PLAIN.nominal
+    for k, tau in filter(None, ((150.0, 0.3), further)):
+        truth = relaxation.apply(truth, {"k_maxwell": k, "tau": tau})
+    problem, hypothesis = leaving(strokes(), model=truth), PLAIN.adding(relaxation)
+    best = problem.fit(hypothesis, hypothesis.vector({}, {relaxation.name: {"k_maxwell": 150.0, "tau": 0.3}}))
+    with ThreadPoolExecutor(1) as executor:
+        assert more_branches(problem, best, executor) == open_ones
 
 
 def test_a_table_with_a_value_that_nothing_tells_is_written_without_intervals():

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from residual_samples import leaving
-from trial_samples import model, problem_of, recorded
+from trial_samples import model, named, problem_of, recorded
 
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
-from mmt_drake.diagnosis.fit.validate import chance, intervals
+from mmt_drake.diagnosis.fit.validate import chance, intervals, of_no_mass
 from mmt_drake.effects import LIBRARY
 
 PLAIN = Hypothesis(model())
@@ -45,3 +45,18 @@ def test_what_explains_nothing_gains_by_chance_and_what_explains_gains_beyond_it
     assert p(real, 28) < 1e-4
     # Bonferroni: as many times as likely as there were tries, and never more than certain.
     assert p(real, 56) == pytest.approx(2.0 * p(real, 28)) and p(real, 10**15) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("lightest", "names", "alike"),
+    [
+        (0.0, ("load_dependent_friction",), {"load_dependent_friction"}),  # or a tip that slips on the object
+        (1.1, ("load_dependent_friction",), set()),
+        (0.0, ("coulomb_friction",), set()),
+    ],
+)
+def test_friction_by_load_of_a_body_that_may_have_no_mass_may_be_that_of_the_tip(lightest, names, alike):
+    fitted = named(*names)
+    parameters = fitted.hypothesis.free_parameters()
+    known_to = [(p.low * lightest if p.symbol == "m" else p.low, p.high) for p in parameters]
+    assert of_no_mass(fitted, known_to) == alike

@@ -13,6 +13,7 @@ from mmt_drake.diagnosis.fit.event_times import event_times
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.nameless import nameless_laws
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.model.over import plain
@@ -102,6 +103,23 @@ def within_reach_of_nothing(fitted: Fitted, known_to: Sequence[tuple[float, floa
         return effect.may_vanish({**used, **own})
 
     return frozenset(effect.name for effect in fitted.hypothesis.effects if may_vanish(effect))
+
+
+def of_no_mass(fitted: Fitted, known_to: Sequence[tuple[float, float]]) -> frozenset[str]:
+    """Effects of a body of next to no mass, its interval ends where it may go, that are laws of another structure too.
+
+    Those that a law which this structure cannot have is nearly equal to (`Effect.near_equal`).
+
+    Args:
+        fitted: the fit.
+        known_to: interval of each free number.
+    """
+    numbers = zip(fitted.hypothesis.free_parameters(), known_to, strict=True)
+    if not any(parameter.key == ("", "m") and low <= parameter.low for parameter, (low, _) in numbers):
+        return frozenset()
+    nominal, names = fitted.hypothesis.nominal, frozenset(fitted.hypothesis.names)
+    elsewhere = (law.near_equal for law in LIBRARY.values() if not law.acts_on(nominal))
+    return names & frozenset().union(*elsewhere)
 
 
 def ranges(problem: Problem, fitted: Fitted) -> dict[str, tuple[float, float]]:

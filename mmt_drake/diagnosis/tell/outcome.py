@@ -21,7 +21,7 @@ from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.prepare import Prepared
 from mmt_drake.diagnosis.fit.problem import Fitted
-from mmt_drake.diagnosis.fit.validate import intervals, within_reach_of_nothing
+from mmt_drake.diagnosis.fit.validate import intervals, of_no_mass, within_reach_of_nothing
 from mmt_drake.diagnosis.search.learn import Learned
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.diagnosis.tell.prescribe import Prescription
@@ -150,7 +150,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
         unsure = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
-        unsure |= judgement.bent | _of_no_mass(delivered, known_to)
+        unsure |= judgement.bent | of_no_mass(delivered, known_to)
         depths = {e.name: _depth(e, named, believed, judgement, e.name in unsure) for e in named.hypothesis.effects}
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
@@ -197,15 +197,6 @@ def _depth(
     depth = beside_the_nameless(believed.depth(effect), own, nameless, may_be_other, shares[SHARED])
     depth = beside_a_greater(depth, effect, {e: shares[e.name] for e in named.hypothesis.effects})
     return beside_the_untried(beside_its_kin(depth, effect, named.hypothesis.effects), effect, untried)
-
-
-def _of_no_mass(delivered: Fitted, known_to: Sequence[tuple[float, float]]) -> frozenset[str]:
-    """Effects of a body of next to no mass that another structure has another law for (`Effect.near_equal`)."""
-    nominal = delivered.hypothesis.nominal
-    masses = [p for p in zip(delivered.hypothesis.free_parameters(), known_to, strict=True) if p[0].key == ("", "m")]
-    if not any(low <= parameter.low for parameter, (low, _) in masses):
-        return frozenset()
-    return frozenset(name for law in LIBRARY.values() if not law.acts_on(nominal) for name in law.near_equal)
 
 
 def _untried_for(effect: Effect, named: Fitted, untried: Iterable[str], more_is_missing: bool = False) -> list[Effect]:
