@@ -140,11 +140,11 @@ _UNITS = (
     (1e-6, 4.0, "are positions in um?"),
     (1.0 / 9.80665e-3, 1.4, "are forces in gram-force?"),
     (1e-2, 1.4, "are positions in cm?"),
-    (1.0 / 9.80665, 1.4, "are forces in kilogram-force, or is the object another one?"),
-    (1.0 / 4.4482216, 1.25, "are forces in pound-force, or is the object another one?"),
+    (1.0 / 9.80665, 1.15, "are forces in kilogram-force, or is the object another one?"),
+    (1.0 / 4.4482216, 1.15, "are forces in pound-force, or is the object another one?"),
 )
 _IMPLAUSIBLE = 30.0  # times the model's answer, whatever it looks like
-_ANOTHER_OBJECT = 8.0  # ... if it looks alike
+_ANOTHER_OBJECT = 12.0  # ... if it looks alike: a crude model may be ten times off
 _ALIKE = 0.9
 
 

@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.event_times import event_times
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.nameless import nameless_laws
-from mmt_drake.diagnosis.fit.problem import Fitted, Problem
+from mmt_drake.diagnosis.fit.problem import MOST_SKEW_S, Fitted, Problem
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
@@ -63,7 +63,8 @@ def _known(problem: Problem, fitted: Fitted, laws: Sequence[Array] = ()) -> Devi
     """How well the numbers of a fit are known: `bootstrap.deviations`.
 
     Where the data say nothing of a parameter of the structure but together with an effect, as of the mass of what falls
-    and its drag, that parameter is held: how well the effect's numbers are known is asked beside the value it has.
+    and its drag, that parameter is held: how well the effect's numbers are known is asked beside the value it has. A
+    skew is never held: what is left without a name may have moved it anywhere, and dampers with it.
     """
     parameters, minimum = fitted.hypothesis.free_parameters(), fitted.minimum
     effects = np.array([bool(parameter.effect) for parameter in parameters])
@@ -71,9 +72,12 @@ def _known(problem: Problem, fitted: Fitted, laws: Sequence[Array] = ()) -> Devi
     blocks, samples = problem.objective_blocks(), problem.samples()
     known = deviations(minimum.jacobian, minimum.residual, blocks, samples)
     kept = effects | (fitted.x - known.half_width > low) | (fitted.x + known.half_width < high)
-    deviation = known.deviation.copy()
-    if laws or not kept.all():
-        known = deviations(minimum.jacobian[:, kept], minimum.residual, blocks, samples, laws)
+    deviation, jacobian = known.deviation.copy(), minimum.jacobian
+    if fitted.hypothesis.has_skew:
+        kept[-1], jacobian = True, jacobian.copy()  # its expected size is no noise, and no weaker beside more of that
+        jacobian[-1, -1] = max(jacobian[-1, -1], math.sqrt(3.0 * known.strength) / MOST_SKEW_S)
+    if laws or not kept.all() or fitted.hypothesis.has_skew:
+        known = deviations(jacobian[:, kept], minimum.residual, blocks, samples, laws)
         deviation[kept] = known.deviation
     return replace(known, deviation=deviation)
 

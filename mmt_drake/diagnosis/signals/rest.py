@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, signal
+from scipy import fft, signal, stats
 
 from mmt_drake.analysis.signals import stretches
 from mmt_drake.diagnosis.signals.noise import TOP, Noise
@@ -14,6 +14,7 @@ _SEGMENT = 256  # samples, of the spectrum
 _BLOCK_S = 0.1
 _SHORTEST_S = 0.2  # a stretch that counts
 _CRESTS = 16
+_AS_WHITE = (0.025, 0.975)  # quantiles of the density below the band within which noise is taken for white
 _LOWEST_HUM_HZ = 0.3
 _HUM_SHARE = 0.15  # of the power in free space, or it is noise: one line of noise has a hundredth
 
@@ -107,7 +108,10 @@ def _batch_error(parts: list[Array], rate_hz: float) -> Array:
 
 
 def _densities(parts: list[Array], lengths: Array, rate_hz: float, band_hz: float) -> tuple[Array, Array]:
-    """Density below the band, and that over the one of the upper half of the spectrum in dB, (k,) each."""
+    """Density below the band, and that over the one of the upper half of the spectrum in dB, (k,) each.
+
+    Little free space tells little of so narrow a band: noise that may be white there is as dense as above it.
+    """
     segment = min(_SEGMENT, int(lengths.min()))
     pieces = [signal.welch(part, rate_hz, nperseg=segment, detrend="linear", axis=0) for part in parts]
     frequency = pieces[0][0]
@@ -117,6 +121,9 @@ def _densities(parts: list[Array], lengths: Array, rate_hz: float, band_hz: floa
     low = (frequency <= min(band_hz, rate_hz / 4.0)) & (frequency >= frequency[2])
     high = density[upper].mean(axis=0)
     below = density[low].mean(axis=0) if low.any() else high
+    freedom = 2.0 * float(lengths.sum() * frequency[1] * max(low.sum(), 1)) / rate_hz
+    least, most = (float(stats.chi2.ppf(quantile, freedom)) / freedom for quantile in _AS_WHITE)
+    below = np.where((least * high <= below) & (below <= most * high), high, below)
     ratio = np.divide(below, high, out=np.ones_like(high), where=(high > 0.0) & (below > 0.0))
     return below, 10.0 * np.log10(ratio)
 
