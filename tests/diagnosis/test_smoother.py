@@ -189,12 +189,28 @@ def test_force_noise_that_a_logger_has_filtered_is_seen_whole_in_free_space(stro
     assert noise.colour_db > 10.0
 
 
+def test_little_free_space_does_not_make_white_noise_denser_along_one_axis_than_along_another():
+    for seed in range(6):
+        brief = smooth(contact_recording(seconds=3.0, seed=seed))
+        assert brief.rest.seconds < 1.5
+        told = brief.output_noise / brief.low_pass.white_noise_gain(brief.clock.rate_hz)
+        assert told == pytest.approx(np.full(3, FORCE_NOISE), rel=0.25)
+
+
+def test_a_sensor_that_stands_on_one_count_in_free_space_tells_its_noise_in_contact(strokes):
+    count = 5.0 * FORCE_NOISE
+    counted = changed(strokes, force_y=np.round(strokes["force_y"] / count) * count)
+    noise = noise_floor(counted)["force_y"]
+    assert noise.source == "high frequencies"
+    assert noise.std == pytest.approx(np.hypot(FORCE_NOISE, count / np.sqrt(12.0)), rel=0.2)
+
+
 def test_what_a_mass_at_the_tip_takes_is_told_from_the_noise_in_free_space(strokes):
     inertia = 0.3 * np.gradient(Strokes().y(strokes.time, 1), strokes.time)
     clean, heavy = (smooth(changed(strokes, force_y=strokes["force_y"] - m * inertia)) for m in (0.0, 1.0))
     assert np.std(inertia) > 5.0 * clean.noise["force_y"].std
     assert heavy.noise["force_y"].std == pytest.approx(clean.noise["force_y"].std, rel=0.02)
-    assert heavy.noise["force_y"].density == pytest.approx(clean.noise["force_y"].density, rel=0.5)
+    assert heavy.noise["force_y"].density == pytest.approx(clean.noise["force_y"].density, rel=0.7)
 
 
 @pytest.mark.parametrize("frequency", [1.37, 11.0, 50.0])

@@ -38,6 +38,8 @@ _TOUCH = 0.25  # of the filter's half length, about two of its lobes
 _BEFORE_TOUCH_S = 0.05  # free space ends so long before a touch
 _AFTER_RELEASE_S = 0.3  # and begins so long after a release: the force of a slow sensor still fades
 
+_ONE_COUNT = 0.5  # of the samples in free space that read what the one before them did
+
 
 @dataclass(frozen=True)
 class Smoothed:
@@ -201,8 +203,9 @@ def _smoothed(recording: Recording, columns: Columns, low_pass: LowPass, bands: 
         settling = np.column_stack([contact.releases - _BEFORE_TOUCH_S, contact.releases + _AFTER_RELEASE_S])
         free = ~(near(clock.times(), contact.touches, _BEFORE_TOUCH_S) | near(clock.times(), settling, 0.0) | flags)
         rest = at_rest(output, np.gradient(velocity, clock.step, axis=0), clock.rate_hz, free, low_pass.band_hz)
-    if rest is not None:
-        noise |= zip(outputs, rest.noise, strict=True)
+    if rest is not None:  # a sensor that stands on one count there says nothing of its noise
+        told = zip(outputs, rest.noise, output[free].T, strict=True)
+        noise |= {name: own for name, own, still in told if np.mean(np.diff(still) == 0.0) < _ONE_COUNT}
     gain = low_pass.white_noise_gain(clock.rate_hz)
     known = columns.table(columns.channels.inputs)
     if not driven:
