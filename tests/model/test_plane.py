@@ -257,3 +257,18 @@ def test_a_body_let_go_in_the_plane_slides_as_far_as_friction_allows_whatever_th
             np.testing.assert_allclose(bodies[:, POSITION], (k * step - 0.05 * (k * step) ** 2) * along, rtol=1e-9)
     np.testing.assert_allclose(bodies[:, POSITION], 5.0 * along, rtol=1e-3)
     assert not bodies[:, [VELOCITY, MODE]].any()
+
+
+@pytest.mark.parametrize("touches", [0.0, 1.0])
+def test_a_body_so_slow_that_squares_of_its_speed_are_0_has_a_direction_still(touches):
+    table = {"of": "friction_over_position", "at": [-0.2, -0.1, 0.1, 0.2], "value": [0.0, 0.0, 0.0, 0.5]}
+    frictionless = replace(MODEL, parameters=replace(MODEL.parameters, k1=0.0, Fc=0.0))
+    p = with_effects(frictionless, [{"name": "tabulated_force", "parameters": table}], "test").kernel_vector()
+    state, probe = np.empty(flexible_box.STATE_SIZE), np.zeros(6)
+    flexible_box.begin(state, 0.0, probe, touches, p)
+    x, y = (flexible_box.BODY + AXIS_SIZE * axis for axis in range(2))
+    state[x + VELOCITY], state[x + MODE], state[y + MODE] = 1e-170, 1.0, 1.0  # a damper alone has brought it there
+    state[y + POSITION] = 0.2  # where there is friction
+    for i in range(1, 20):
+        flexible_box.advance(state, STEP * i, probe, touches, p)
+    assert np.isfinite(state[flexible_box.BODY :]).all()
