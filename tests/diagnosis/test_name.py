@@ -290,5 +290,5 @@ def test_beside_a_fit_that_bounds_hold_the_numbers_handed_in_are_an_origin_whate
     hypothesis = Hypothesis(model(**true), 0.0)
     base = problem.fit(hypothesis, hypothesis.base())
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
-    assert at_bounds(base) == {"m", "k2"} and base.cost < nominal.cost < 1.1 * base.cost
+    assert at_bounds(base) >= {"m", "k2"} and base.cost < nominal.cost < 1.1 * base.cost
     assert {origin.fitted.cost for origin in _origins(problem, base)} == {base.cost, nominal.cost}

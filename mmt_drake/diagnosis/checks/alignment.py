@@ -131,7 +131,7 @@ def flag_findings(recording: Recording, smoothed: Smoothed) -> list[Finding]:
         recording: as read.
         smoothed: the same.
     """
-    if smoothed.kind != "contact" or "in_contact" in recording.derived:
+    if smoothed.kind != "contact" or "in_contact" not in recording or "in_contact" in recording.derived:
         return []
     flags, time = recording["in_contact"] != 0.0, recording.time
     below = np.interp(time, smoothed.time, smoothed.input[:, 2]) < 0.0
