@@ -27,7 +27,7 @@ from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import fit_base, over_windows
 from mmt_drake.diagnosis.search.in_plane import said
-from mmt_drake.diagnosis.search.learn import learned_over, more_branches, other_curves, tables, worth_while
+from mmt_drake.diagnosis.search.learn import more_branches, other_curves, tables, without_effects, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about, other_numbers
 from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
@@ -259,11 +259,7 @@ class _LawSession(DiagnosisSession):
         best, learned = judgement.best, judgement.learned
         if learned is None or not best.hypothesis.key <= OFFSETS:
             return judgement
-        bare, refit = best.hypothesis.without(*best.hypothesis.names), judgement.refit
-        alone = learned_over(
-            problem, problem.fit(bare, refit.x, steps=STEPS), learned.values["of"], learned.values["at"]
-        )
-        ruler = self.ruler(judgement.standard.problem)
+        alone, ruler = without_effects(problem, judgement.refit, learned), self.ruler(judgement.standard.problem)
         is_as_good = alone is not None and ruler.of(alone.fitted.model) <= ALIKE * ruler.of(learned.fitted.model)
         return None if is_as_good else judgement
 
@@ -299,13 +295,11 @@ class _LawSession(DiagnosisSession):
         confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)
         if standard.gain(refit, best) < gate.GAIN or not confirmed:
             return None
-        of_refit = self.of_refit(best, refit, standard)
-        verdict = gate.with_physics(standard.left(best), shares, of_refit)
+        verdict, of_refit = self.on_physics(best, refit, standard, shares)
         if verdict == "partly_explained" and (there := surely_there(standard.problem, best, fits, 1.0)) is not best:
             # What has no name may have it all: where much is left, a name needs an interval that holds no nothing.
             best, shares = there, self.shares(standard.problem, there, fits)
-            of_refit = self.of_refit(best, refit, standard)
-            verdict = gate.with_physics(standard.left(best), shares, of_refit)
+            verdict, of_refit = self.on_physics(best, refit, standard, shares)
         # Explanations that differ by their block may all draw something else; equals say the same.
         differs = not sure and not believed.has_equal(best)
         if verdict == "unexplained" or (differs and gate.leaves_much(shares, of_refit)):

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import cast
 
 import numpy as np
@@ -22,7 +23,7 @@ from mmt_drake.diagnosis.fit.rough import rough_model
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.search.base import CONVERGED, STEPS
-from mmt_drake.diagnosis.search.in_plane import said
+from mmt_drake.diagnosis.search.in_plane import fit_near, said
 from mmt_drake.diagnosis.search.watch import OnStage, Stage
 from mmt_drake.diagnosis.tell.first import FirstModel, FirstNumber, Told
 from mmt_drake.errors import BadInput, Interrupted, attempt
@@ -208,14 +209,9 @@ def _with_friction_said(problem: Problem, best: Fitted, skew: float) -> Structur
 
     Neither they nor those that were found need be such as can be simulated at this rate: then nothing is said of it.
     """
-
-    def fitted(friction: Model) -> Fitted:
-        hypothesis = replace(Hypothesis.of(friction, skew), unseen=problem.unseen)
-        return problem.fit(hypothesis, hypothesis.base())
-
     nominal = best.hypothesis.nominal
     for model in (nominal, best.model):
-        found = attempt(said, problem, cast(Model, model), fitted)
+        found = attempt(said, problem, cast(Model, model), partial(fit_near, problem, skew))
         if found is not None:
             better, _ = found
             if isinstance(better, FlexibleBoxModel) and isinstance(nominal, FlexibleBoxModel):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.gate import NoiseReference
+from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.floors import weighed, with_floors
 from mmt_drake.diagnosis.fit.prepare import Prepared
@@ -104,6 +105,13 @@ class DiagnosisSession(ABC):
             if f.hypothesis.key < key and len(f.hypothesis.key) == len(key) - 1
         }
         return budget(self.ruler(problem), self.model, best, wrong, without)
+
+    def on_physics(
+        self, best: Fitted, refit: Fitted, standard: NoiseReference, shares: Sequence[BudgetPart]
+    ) -> tuple[Verdict, float]:
+        """The verdict on the effects of a fit by its budget, and what part they take off what a refit leaves."""
+        of_refit = self.of_refit(best, refit, standard)
+        return gate.with_physics(standard.left(best), shares, of_refit), of_refit
 
     def of_refit(self, best: Fitted, refit: Fitted, standard: NoiseReference) -> float:
         """What part a fit takes off what a refit leaves beyond the noise, on held-out data; 0 where it takes none."""

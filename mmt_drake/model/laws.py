@@ -267,8 +267,8 @@ number_at: Any = intrinsic(_typed_number_at)
 
 @njit(error_model="numpy", forceinline=True)
 def norm(along: float, across: float) -> float:
-    """Of a vector in the plane; `math.hypot` takes ten times as long."""
-    return math.sqrt(along * along + across * across)
+    """Of a vector in the plane, not 0 where squares underflow; `math.hypot` takes ten times as long."""
+    return max(math.sqrt(along * along + across * across), abs(along), abs(across))
 
 
 @njit(error_model="numpy")

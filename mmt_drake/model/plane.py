@@ -56,14 +56,8 @@ def _direction(v: float) -> float:
 
 
 @njit(error_model="numpy", forceinline=True)
-def _size(x: float, y: float) -> float:
-    """The norm, not 0 where squares underflow: a body that a damper alone stops gets that slow."""
-    return max(norm(x, y), abs(x), abs(y))
-
-
-@njit(error_model="numpy", forceinline=True)
 def _accelerations(vx: float, vy: float, x: Pushed, y: Pushed) -> tuple[float, float]:
-    speed = max(_size(vx, vy), 1e-300)
+    speed = max(norm(vx, vy), 1e-300)
     return x.drive - x.braking * vx / speed, y.drive - y.braking * vy / speed
 
 
@@ -131,7 +125,7 @@ def _brake(x: BodyMotion, y: BodyMotion, acting: tuple[Pushed, Pushed], h: float
     taken_x, taken_y = h * acting[0].braking, h * acting[1].braking
     vx = vy = 0.0
     if _exceeds(free_x, free_y, taken_x, taken_y):
-        speed = _size(free_x, free_y)
+        speed = norm(free_x, free_y)
         vx, vy = free_x * max(1.0 - taken_x / speed, 0.0), free_y * max(1.0 - taken_y / speed, 0.0)
     half = 0.5 * h
     return (

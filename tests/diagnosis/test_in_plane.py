@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from mmt_drake.diagnosis.fit.prepare import scales_of
 from mmt_drake.diagnosis.fit.problem import Problem
 from mmt_drake.diagnosis.fit.validate import absent
 from mmt_drake.diagnosis.search.base import fit_base
-from mmt_drake.diagnosis.search.in_plane import said
+from mmt_drake.diagnosis.search.in_plane import fit_near, said
 from mmt_drake.diagnosis.search.minima import at_the_limit, the_other_friction
 from mmt_drake.diagnosis.search.screening import screen
 from mmt_drake.diagnosis.search.starts import Seed, all_starts
@@ -57,12 +58,8 @@ def test_friction_that_nobody_said_is_what_it_is_beside_numbers_ten_times_off():
     crude = replace(right, m=9.0 * right.m, k2=0.1 * right.k2, b1=0.1 * right.b1, b2=0.1 * right.b2, Fc=0.1 * LEVEL)
     believed = replace(UNSAID, parameters=crude)
     problem = problem_of(rubbed("vector"), believed)
-
-    def near(friction):  # a fit from the numbers handed in alone is caught on the way
-        hypothesis = Hypothesis(friction)
-        return problem.fit(hypothesis, hypothesis.base())
-
-    assert said(problem, believed, near)[0].in_plane == "per_axis"
+    # A fit from the numbers handed in alone is caught on the way.
+    assert said(problem, believed, partial(fit_near, problem, 0.0))[0].in_plane == "per_axis"
     with ThreadPoolExecutor(1) as executor:
         chosen, found = said(problem, believed, lambda friction: fit_base(problem, friction, 0.0, executor)[1])
     assert chosen.in_plane == "vector" and found.cost <= 1.2 * problem.samples()

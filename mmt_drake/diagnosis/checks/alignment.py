@@ -10,6 +10,7 @@ from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.signals.clocks import near
 from mmt_drake.diagnosis.signals.lags import LagFit, best_lag, products
 from mmt_drake.diagnosis.signals.smoother import Smoothed
+from mmt_drake.diagnosis.signals.touches import contact_of
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
 
@@ -133,26 +134,19 @@ def flag_findings(recording: Recording, smoothed: Smoothed) -> list[Finding]:
     """
     if smoothed.kind != "contact" or "in_contact" not in recording or "in_contact" in recording.derived:
         return []
-    flags, time = recording["in_contact"] != 0.0, recording.time
-    below = np.interp(time, smoothed.time, smoothed.input[:, 2]) < 0.0
-    new, crossings = (np.flatnonzero(some[1:] != some[:-1]) + 1 for some in (flags, below))
-    lags = np.array([_nearest(time[i] - time[crossings[below[crossings] == flags[i]]]) for i in new])
-    if len(set(flags[new])) < 2 or not np.isfinite(lags).all():
-        return []
-    late = float(np.median(lags))
-    if lags.min() <= max(_EARLY_TOUCH_S, 2.0 * smoothed.clock.step) or np.ptp(lags) > _SCATTER * late:
+    time, flags = recording.time, recording["in_contact"] != 0.0
+    height = np.interp(time, smoothed.time, smoothed.input[:, 2])
+    new = np.flatnonzero(flags[1:] != flags[:-1]) + 1
+    changed = 0.5 * (time[new - 1] + time[new])
+    lags = changed - contact_of(time, flags, height, _SEARCH_S).changes
+    late = float(np.median(lags)) if len(new) > 1 else 0.0
+    if min(lags, default=0.0) <= max(_EARLY_TOUCH_S, 2.0 * smoothed.clock.step) or np.ptp(lags) > _SCATTER * late:
         return []
     text = (
-        f"in_contact changes {1e3 * late:.3g} ms after position_z crosses 0, at each of its {len(new)} changes: it "
+        f"in_contact changes {1e3 * late:.2g} ms after position_z crosses 0, at each of its {len(new)} changes: it "
         "goes by the force and not by the probe. Leave that column out, and contact is where position_z < 0."
     )
     return [Finding("late_flag", "warn", text, {"late_s": late})]
-
-
-def _nearest(lags: Array) -> float:
-    """That of some times which is least; infinite where there is none, or none within `_SEARCH_S`."""
-    least = min(lags, key=abs, default=math.inf)
-    return float(least) if abs(least) <= _SEARCH_S else math.inf
 
 
 def law_findings(smoothed: Smoothed, fit: LagFit | None) -> list[Finding]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mmt_drake.diagnosis.fit.latest_replay import LatestReplay
+from mmt_drake.diagnosis.fit.latest import Latest
 from mmt_drake.diagnosis.fit.tracks import NOISY, Replayed, States, Track, coarsened
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput
@@ -23,7 +23,7 @@ NORMAL_COLUMN = 2
 _STILL = 0.01
 """Of the motion along an axis of the plane: along the other one there is no more than this, which nobody feels."""
 
-_latest = LatestReplay()
+_latest = Latest()
 
 
 class _Tangential(NamedTuple):
@@ -80,7 +80,7 @@ def _tangential(s: Smoothed, columns: list[int], model: FlexibleBoxModel, p: Arr
         replay(s.time, probe, probe_rate, above, above_rate, s.contact.starts_in, s.contact.changes, p, *found)
         return found
 
-    return _latest.of(s, (columns, p.tobytes()), replayed)
+    return _latest.of((s,), (columns, p.tobytes()), replayed)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -36,8 +36,6 @@ LEAST_BLOCKS = 24
 """... at most this part of a recording."""
 _SPLIT, _EVERY = 12, 3
 """A recording is split into so many blocks, of which every so manieth is held out."""
-FAR = (0.6, 1.6)
-"""Times what it is a number is begun where another minimum is sought."""
 _QUIET = 0.05  # of what a fit leaves of the loudest track
 _SETTLED = 1.5  # RMS of the residual over the noise floor
 
@@ -292,20 +290,6 @@ class Fitted:
     def skew(self) -> float:
         """How much later the output's clock reads than the input's [s]."""
         return self.hypothesis.skew_of(self.minimum.x)
-
-    def elsewhere(self, times: Sequence[float]) -> list[Array]:
-        """Its numbers with one of the structure so many times what it is, each in turn, and within its bounds.
-
-        Those of the normal axis have one minimum.
-        """
-        (low, high, _), starts = self.hypothesis.limits(self.x), []
-        for i, symbol in enumerate(self.hypothesis.free):
-            if symbol not in NORMAL and self.x[i] != 0.0:
-                for factor in times:
-                    x = self.x.copy()
-                    x[i] *= factor
-                    starts.append(np.clip(x, low, high))
-        return starts
 
     @property
     def structure_values(self) -> dict[str, float]:

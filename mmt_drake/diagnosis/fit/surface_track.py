@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmt_drake.diagnosis.fit.latest_replay import LatestReplay
+from mmt_drake.diagnosis.fit.latest import Latest
 from mmt_drake.diagnosis.fit.tracks import Replayed, Track
 from mmt_drake.diagnosis.signals.smoother import Smoothed
 from mmt_drake.errors import BadInput
@@ -15,7 +15,7 @@ from mmt_drake.motion.hand import Place
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.signals import ORIENTATION
 
-_latest = LatestReplay()
+_latest = Latest()
 
 
 def contact_over(s: Smoothed, model: Structure) -> Array:
@@ -36,7 +36,7 @@ def contact_over(s: Smoothed, model: Structure) -> Array:
         surface_contact.replay(s.time, position, rate, p, found)
         return found
 
-    return _latest.of(s, (p.tobytes(), tool), replayed)
+    return _latest.of((s,), (p.tobytes(), tool), replayed)
 
 
 def tip_over(s: Smoothed, tool: Place) -> tuple[Array, Array]:

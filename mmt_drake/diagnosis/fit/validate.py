@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from mmt_drake.diagnosis.fit.bootstrap import Deviations, deviations
+from mmt_drake.diagnosis.fit.bootstrap import Deviations, deviations, strength_of
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.event_times import event_times
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.latest import Latest
 from mmt_drake.diagnosis.fit.nameless import nameless_laws
 from mmt_drake.diagnosis.fit.problem import MOST_SKEW_S, Fitted, Problem
 from mmt_drake.effects import LIBRARY
@@ -27,6 +28,8 @@ _STEPS_OUT, _FURTHER = 8, 1.5
 _STEPS_ON, _HALVINGS = 25, 6
 """Where nothing touches for long, an event may be anywhere: so many steps on, and then so many halvings of the last."""
 
+_latest = Latest()
+
 
 def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
     """95 % interval of each free number of a fit; as wide as its bounds where the data say nothing about it.
@@ -38,6 +41,10 @@ def intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ..
         problem: what was fitted.
         fitted: the fit.
     """
+    return _latest.of((problem, fitted), None, lambda: _intervals(problem, fitted))
+
+
+def _intervals(problem: Problem, fitted: Fitted) -> tuple[tuple[float, float], ...]:
     known = _known(problem, fitted, nameless_laws(problem, fitted))
     step = problem.tracks[0].smoothed.clock.step
     moments, end = event_times(fitted.hypothesis), max(track.duration for track in problem.tracks)
@@ -70,13 +77,16 @@ def _known(problem: Problem, fitted: Fitted, laws: Sequence[Array] = ()) -> Devi
     effects = np.array([bool(parameter.effect) for parameter in parameters])
     low, high = (np.array([getattr(parameter, end) for parameter in parameters]) for end in ("low", "high"))
     blocks, samples = problem.objective_blocks(), problem.samples()
-    known = deviations(minimum.jacobian, minimum.residual, blocks, samples)
+    jacobian = minimum.jacobian.copy()
+    if fitted.hypothesis.has_skew:  # its expected size is no noise, and no weaker beside more of that
+        strength = strength_of(minimum.residual, samples, len(parameters))
+        jacobian[-1, -1] = max(jacobian[-1, -1], math.sqrt(3.0 * strength) / MOST_SKEW_S)
+    known = deviations(jacobian, minimum.residual, blocks, samples)
     kept = effects | (fitted.x - known.half_width > low) | (fitted.x + known.half_width < high)
-    deviation, jacobian = known.deviation.copy(), minimum.jacobian
     if fitted.hypothesis.has_skew:
-        kept[-1], jacobian = True, jacobian.copy()  # its expected size is no noise, and no weaker beside more of that
-        jacobian[-1, -1] = max(jacobian[-1, -1], math.sqrt(3.0 * known.strength) / MOST_SKEW_S)
-    if laws or not kept.all() or fitted.hypothesis.has_skew:
+        kept[-1] = True
+    deviation = known.deviation.copy()
+    if laws or not kept.all():
         known = deviations(jacobian[:, kept], minimum.residual, blocks, samples, laws)
         deviation[kept] = known.deviation
     return replace(known, deviation=deviation)

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, fit_widening
+from mmt_drake.diagnosis.fit.comparison import RULED_OUT, at_bounds, elsewhere, fit_widening
 from mmt_drake.diagnosis.fit.floors import weighed, with_floors
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import Prepared, prepare
-from mmt_drake.diagnosis.fit.problem import FAR, Fitted, Problem
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.errors import attempt
 from mmt_drake.model.parameters import NORMAL
 from mmt_drake.model.structure import Structure
@@ -150,7 +150,7 @@ def _is_crude(fitted: Fitted) -> bool:
 
 def _from_elsewhere(problem: Problem, nearest: Fitted, executor: Executor) -> list[Fitted]:
     """Fits that begin with one number far from where the nearest one ended: a few steps each, and on from the best."""
-    starts = [(nearest.hypothesis, x) for x in nearest.elsewhere(FAR)]
+    starts = [(nearest.hypothesis, x) for x in elsewhere(nearest)]
     begun = problem.fits(starts, executor, steps=BEGUN_STEPS, secant=True)
     return _let_go(problem, sorted(begun, key=lambda f: f.cost)[:TAKEN_ON], executor)
 

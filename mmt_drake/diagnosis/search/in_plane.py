@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.errors import attempt
@@ -27,6 +28,16 @@ def said(problem: Problem, model: Model, fit: Callable[[Model], Fitted]) -> tupl
         return model, None
     both = (_with(model, "vector"), _with(model, "per_axis"))
     return min(((friction, fit(friction)) for friction in both), key=lambda found: found[1].cost)
+
+
+def fit_near(problem: Problem, skew: float, model: Structure) -> Fitted:
+    """The fit of a model's numbers from these numbers alone: for `said`, where they are not crude.
+
+    Raises:
+        MmtError: the model cannot be simulated.
+    """
+    hypothesis = replace(Hypothesis.of(model, skew), unseen=problem.unseen)
+    return problem.fit(hypothesis, hypothesis.base())
 
 
 def per_axis_if_better(problem: Problem, fitted: Fitted, steps: int) -> Fitted:

@@ -146,6 +146,18 @@ def worth_while(
     return replace(learned[0], fitted=fitted) if is_better else None
 
 
+def without_effects(problem: Problem, refit: Fitted, learned: Learned) -> Learned | None:
+    """A table over the signal of one that was learned beside effects, without these; None where it cannot be simulated.
+
+    Args:
+        problem: the recordings.
+        refit: the fit without effects and table.
+        learned: that table.
+    """
+    bare = problem.fit(refit.hypothesis, refit.x, steps=6)
+    return _learned(problem, bare, learned.values["of"], learned.values["at"])
+
+
 def _takes(problem: Problem, before: Fitted, after: Fitted, tries: int, share: float, significant: float) -> bool:
     """Whether a fit takes this share off the variance that another leaves on held-out data, and not by chance."""
     was, now = (problem.ratio(f.model, f.skew, heldout=True) ** 2 - 1.0 for f in (before, after))
@@ -156,18 +168,10 @@ def _over_each(
     problem: Problem, fitted: Fitted, signals: Iterable[tuple[str, Sequence[float]]], executor: Executor
 ) -> Iterator[Learned | None]:
     """A table beside a fit over each signal with these knots, in their order."""
-    return executor.map(learned_over, *zip(*((problem, fitted, *signal) for signal in signals), strict=True))
+    return executor.map(_learned, *zip(*((problem, fitted, *signal) for signal in signals), strict=True))
 
 
-def learned_over(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
-    """A table over one signal, the parameters fitted again beside it; None where it cannot be simulated.
-
-    Args:
-        problem: the recordings.
-        refit: the fit without a table.
-        of: of `SIGNALS`.
-        at: its knots.
-    """
+def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
     hypothesis, base = refit.hypothesis, refit.x
     n = len(base)
     strength = problem.left(refit)

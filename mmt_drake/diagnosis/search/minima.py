@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
-from mmt_drake.diagnosis.fit.comparison import RULED_OUT
+from mmt_drake.diagnosis.fit.comparison import RULED_OUT, elsewhere
 from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.nameless import NOISE_ALONE
-from mmt_drake.diagnosis.fit.problem import FAR, Fitted, Problem
+from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.tracks import COARSE
 from mmt_drake.diagnosis.search.in_plane import per_axis_if_better, the_other_if_better
 from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
@@ -227,8 +227,7 @@ def other_numbers(problem: Problem, best: Fitted, executor: Executor) -> Fitted:
     """
     quick = replace(problem, coarse=max(problem.coarse, COARSE))
     hypothesis = best.hypothesis
-    starts = [best.x, *best.elsewhere(FAR)]
-    begun = [(hypothesis, x) for x in starts]
+    begun = [(hypothesis, x) for x in (best.x, *elsewhere(best))]
     found = quick.fits(begun, executor, steps=REFINING_STEPS, converged_at=SETTLED, secant=True)
     least = min(found, key=lambda f: f.cost, default=best)
     if not found or least.cost >= found[0].cost - RULED_OUT:

@@ -93,22 +93,23 @@ def _with_hysteresis(height: Array, width: float) -> Flags:
     return below
 
 
-def contact_of(times: Array, flags: Flags, height: Array | None) -> ContactTimes:
+def contact_of(times: Array, flags: Flags, height: Array | None, reach_s: float = _SEARCH_S) -> ContactTimes:
     """Touches and releases, each at the crossing of the smoothed height nearest to the change of the flag.
 
-    Where the height does not cross zero within 10 ms in the right direction, the sample counts at which the flag
+    Where the height does not cross zero within reach in the right direction, the sample counts at which the flag
     is new, as in the model.
 
     Args:
         times: (n,) even clock [s].
         flags: (n,) contact there.
         height: (n,) smoothed z [m], or None.
+        reach_s: from the flag to the crossing [s].
     """
     new = np.flatnonzero(flags[1:] != flags[:-1]) + 1
     instants = times[new].copy()
     if height is not None and len(new):
         step = times[1] - times[0]
-        reach = round(_SEARCH_S / step) + 1
+        reach = round(reach_s / step) + 1
         for k, i in enumerate(new):
             first, last = max(0, i - 1 - reach), min(len(height) - 1, i + reach)
             z = height[first : last + 1]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,14 +12,13 @@ from mmt_drake.diagnosis.fit.comparison import fit_widening
 from mmt_drake.diagnosis.fit.floors import with_floors
 from mmt_drake.diagnosis.fit.hypothesis import SKEW, Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
-from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagnosis.search.in_plane import said
+from mmt_drake.diagnosis.search.in_plane import fit_near, said
 from mmt_drake.diagrams.proof.trial.cases import Case
 from mmt_drake.diagrams.proof.trial.plants import PLANTS
 from mmt_drake.diagrams.proof.trial.remainder import REMAINDERS, draw_beneath
 from mmt_drake.effects import LIBRARY
-from mmt_drake.model_files import Model, parse_model
+from mmt_drake.model_files import parse_model
 
 EFFECTS = ("quadratic_drag", "nonlinear_stiffness")
 
@@ -27,13 +27,8 @@ def held(case: Case) -> Iterator[tuple[bool, bool]]:
     """Of each true number whether the interval holds it, and whether one counted over blocks alone would."""
     prepared = prepare([case.recording()], parse_model(dict(case.nominal)))
     assert prepared.problem is not None and prepared.fine is not None
-    problem = prepared.problem
-
-    def near(friction: Model) -> Fitted:
-        plain = replace(Hypothesis.of(friction, prepared.skew), unseen=problem.unseen)
-        return problem.fit(plain, plain.base())
-
-    model, _ = said(problem, parse_model(dict(case.nominal)), near)
+    near = partial(fit_near, prepared.problem, prepared.skew)
+    model, _ = said(prepared.problem, parse_model(dict(case.nominal)), near)
     (concealed,) = case.effects
     effect = LIBRARY[concealed.name].within(model)
     hypothesis = Hypothesis.of(model, prepared.skew).adding(effect)
