@@ -60,7 +60,7 @@ def deviations(
     size = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / np.where(size > 0.0, size, 1.0)
     count = jacobian.shape[1]
-    strength = strength_of(residual, samples, count)
+    strength = max(1.0, float(residual @ residual) / max(samples - count, 1.0))
     white = strength * np.diag(np.linalg.pinv(scaled.T @ scaled, rcond=_RANK))
     numbers = np.unique(blocks, return_inverse=True)[1]
     variance = np.maximum(white, _resampled(scaled, residual, numbers) ** 2)
@@ -70,11 +70,6 @@ def deviations(
     deviation = np.divide(np.sqrt(variance), size, out=np.full(count, np.inf), where=depends)
     t = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(int(numbers.max()), _LEAST_FREEDOM)))
     return Deviations(deviation, strength, t)
-
-
-def strength_of(residual: Array, samples: float, count: int) -> float:
-    """Mean square of what so many numbers leave, over its noise, where that is more than 1; else 1."""
-    return max(1.0, float(residual @ residual) / max(samples - count, 1.0))
 
 
 def _told(jacobian: Array) -> Flags:

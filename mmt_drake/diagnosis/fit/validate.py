@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from mmt_drake.diagnosis.fit.bootstrap import Deviations, deviations, strength_of
+from mmt_drake.diagnosis.fit.bootstrap import Deviations, deviations
 from mmt_drake.diagnosis.fit.box_tracks import NormalTrack
 from mmt_drake.diagnosis.fit.event_times import event_times
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
@@ -77,16 +77,14 @@ def _known(problem: Problem, fitted: Fitted, laws: Sequence[Array] = ()) -> Devi
     effects = np.array([bool(parameter.effect) for parameter in parameters])
     low, high = (np.array([getattr(parameter, end) for parameter in parameters]) for end in ("low", "high"))
     blocks, samples = problem.objective_blocks(), problem.samples()
-    jacobian = minimum.jacobian.copy()
-    if fitted.hypothesis.has_skew:  # its expected size is no noise, and no weaker beside more of that
-        strength = strength_of(minimum.residual, samples, len(parameters))
-        jacobian[-1, -1] = max(jacobian[-1, -1], math.sqrt(3.0 * strength) / MOST_SKEW_S)
+    jacobian = minimum.jacobian
     known = deviations(jacobian, minimum.residual, blocks, samples)
     kept = effects | (fitted.x - known.half_width > low) | (fitted.x + known.half_width < high)
-    if fitted.hypothesis.has_skew:
-        kept[-1] = True
-    deviation = known.deviation.copy()
-    if laws or not kept.all():
+    deviation, is_whole = known.deviation.copy(), kept.all()
+    if fitted.hypothesis.has_skew and not kept[-1]:  # within its bounds it may be anything, and no more than that
+        kept[-1], jacobian = True, jacobian.copy()
+        jacobian[-1, -1] = max(jacobian[-1, -1], math.sqrt(3.0 * known.strength) / MOST_SKEW_S)
+    if laws or not is_whole:
         known = deviations(jacobian[:, kept], minimum.residual, blocks, samples, laws)
         deviation[kept] = known.deviation
     return replace(known, deviation=deviation)
