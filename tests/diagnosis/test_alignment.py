@@ -29,7 +29,7 @@ def fitted(
         (fitted(0.02), "offset", "warn", "20.00 \\+- 0.20 ms later"),
         (fitted(-0.02), "misaligned", "refuse", "20.00 \\+- 0.20 ms before"),
         (fitted(0.4), "misaligned", "refuse", "after"),
-        (fitted(-0.02, 0.95, 0.945), "offset", "note", "as well as with 20.00"),
+        (fitted(-0.02, 0.95, 0.945), "offset", "note", "offset of 20.00 .* no better than none"),
     ],
     ids=["none", "late", "before its cause", "later than any delay", "explains no more"],
 )

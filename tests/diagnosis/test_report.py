@@ -153,6 +153,12 @@ def test_as_many_explanations_are_counted_as_were_tried_and_not_as_are_told(page
     assert "Explanations tried: " not in Page(pages["no_mismatch"]).text  # none was
 
 
+def test_fitted_numbers_of_what_is_not_explained_are_not_the_system_s_own(pages):
+    said = "Something is missing, so these fit the recordings best"
+    assert said in pages["unexplained"]
+    assert said not in pages["parameters"]
+
+
 def test_of_a_station_every_block_is_told_and_which_of_them_differ(tmp_path):
     replays = (
         BlockReplay(

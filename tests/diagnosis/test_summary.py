@@ -70,6 +70,12 @@ def test_the_budget_comes_first_and_names_say_how_deep_they_hold():
     assert "certain is sensor, another law of it would do as well" in told
 
 
+def test_beside_numbers_that_were_far_off_an_effect_keeps_its_share_of_the_rest():
+    parts = (BudgetPart("parameters", 0.996), BudgetPart("coulomb_friction", 0.003), BudgetPart("noise", 0.001))
+    told = summary_of(Diagnosis("missing_physics", "", parts, (named("coulomb_friction", "Fc", 0.4, "N"),), fit=FIT))
+    assert "100 % wrong parameters. Of the rest: 75 % Coulomb friction, 25 % noise." in told
+
+
 def test_a_fit_at_its_bounds_is_told_before_anything_else():
     told = summary_of(Diagnosis("unexplained", "", fit=FIT, at_bounds=("b1", "m")))
     assert told.startswith("Without effects, fitting drives b1 and m out of all bounds: that fit proves nothing.")
@@ -134,4 +140,4 @@ def test_noise_that_a_model_undercuts_was_taken_for_too_much():
     friction = named("coulomb_friction", "Fc", 0.4, "N")
     undercut = replace(FIT, noise_floor=0.05)
     told = summary_of(Diagnosis("missing_physics", "", effects=(friction,), fit=undercut))
-    assert told.endswith("0.042 N with what was missing; so noise leaves less than the 0.1 N that it was taken for.")
+    assert told.endswith("; that is less than the 0.1 N taken for noise, which is then less too.")

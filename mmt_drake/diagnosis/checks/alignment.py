@@ -110,7 +110,7 @@ def offset_findings(fit: LagFit | None, step: float) -> list[Finding]:
     figures = {"offset_s": fit.offset, "standard_error_s": fit.standard_error}
     said = f"{1e3 * abs(fit.offset):.2f} +- {1e3 * fit.standard_error:.2f} ms"
     if 1.0 - fit.explained_unshifted < _BETTER * (1.0 - fit.explained):
-        text = f"Force and position share a clock: touches are explained without an offset as well as with {said}."
+        text = f"Force and position share a clock: an offset of {said} would explain touches no better than none."
         return [Finding("offset", "note", text, figures)]
     unsure = _SIGMAS * fit.standard_error
     if fit.offset + unsure < -max(_EARLY_TOUCH_S, 2.0 * step) or fit.offset > _LATEST_S:

@@ -1,9 +1,10 @@
 """A diagnosis in one paragraph."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from mmt_drake.analysis.wording import significant
+from mmt_drake.diagnosis.decide.budget import PARAMETERS
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
 from mmt_drake.diagnosis.tell.wording import (
@@ -22,6 +23,7 @@ MOST_WARNINGS: Final = 3
 """More are counted only: the report has them all."""
 
 _LEAST_SHARE = 0.005  # of a budget
+_NEARLY_ALL = 0.95  # of a budget: what such a part leaves is counted once more, by itself
 _MOST = 0.5  # of the mismatch beyond the noise
 _UNSETTLED: Final = (
     "Other values of the parameters predict held-out data to their noise. Yet it cannot be told which are wrong, nor "
@@ -57,12 +59,23 @@ def bounds_of(d: Diagnosis) -> str:
 
 
 def budget_of(d: Diagnosis) -> str:
-    """What the error of the model handed in is made of, in a sentence; nothing where that is noise or unknown."""
-    stated = [(part.share, part_words(part.part, bool(d.effects))) for part in d.budget if part.share >= _LEAST_SHARE]
-    said = [f"{share_words(share)} {part}" for share, part in stated]
+    """What the error of the model handed in is made of, in a sentence; nothing where that is noise or unknown.
+
+    Beside numbers that were far off effects look like nothing: then a second sentence says what the rest is made of.
+    """
+    shares = {part_words(part.part, bool(d.effects)): part.share for part in d.budget}
+    said = _shares(shares)
     if not said or d.verdict == "no_mismatch":
         return ""
-    return f"Of the model's squared error on held-out data: {', '.join(said)}."
+    wrong = part_words(PARAMETERS)
+    rest = 1.0 - shares.get(wrong, 0.0)
+    others = {part: share / rest for part, share in shares.items() if part != wrong and rest > 0.0}
+    of_rest = f" Of the rest: {_shares(others)}." if d.effects and others and rest < 1.0 - _NEARLY_ALL else ""
+    return f"Of the model's squared error on held-out data: {said}.{of_rest}"
+
+
+def _shares(shares: Mapping[str, float]) -> str:
+    return ", ".join(f"{share_words(share)} {part}" for part, share in shares.items() if share >= _LEAST_SHARE)
 
 
 def _verdict(d: Diagnosis) -> str:

@@ -89,7 +89,7 @@ def noise_words(fit: Fit) -> str:
         return ""
     least = min((e for e in (errors.nominal, errors.refit, errors.augmented) if e is not None), default=floor)
     if least < _CLEARLY_LESS * floor:
-        return f"; so noise leaves less than the {rms_words(fit, floor)} that it was taken for"
+        return f"; that is less than the {rms_words(fit, floor)} taken for noise, which is then less too"
     return f"; noise alone would leave {rms_words(fit, floor)}"
 
 
