@@ -4,7 +4,7 @@ import pytest
 
 from mmt_drake.diagnosis.decide.depth import (
     SLIGHT,
-    beside_a_greater,
+    beside_another_size,
     beside_its_kin,
     beside_the_nameless,
     beside_the_untried,
@@ -65,15 +65,18 @@ def test_two_laws_of_one_family_may_make_up_a_third(others, depth, said) -> None
 
 
 @pytest.mark.parametrize(
-    ("other", "share", "depth", "said"),
+    ("other", "share", "depth", "said", "of_the_great"),
     [
-        ("quadratic_drag", 0.9 * SLIGHT * 0.5, "law", "block"),  # of the same block, which takes 0.5
-        ("quadratic_drag", 1.1 * SLIGHT * 0.5, "law", "law"),
-        ("quadratic_drag", 0.9 * SLIGHT * 0.5, None, None),
-        ("nonlinear_stiffness", 0.9 * SLIGHT * 0.5, "family", "family"),
+        ("quadratic_drag", 0.9 * SLIGHT * 0.5, "law", "block", "family"),  # of the same block, which takes 0.5
+        ("quadratic_drag", 1.1 * SLIGHT * 0.5, "law", "law", "law"),
+        ("quadratic_drag", 0.9 * SLIGHT * 0.5, None, None, None),
+        ("quadratic_drag", 0.9 * SLIGHT * 0.5, "block", "block", "block"),
+        ("nonlinear_stiffness", 0.9 * SLIGHT * 0.5, "law", "law", "law"),
     ],
 )
-def test_a_slight_effect_beside_a_great_one_may_be_what_that_law_gets_wrong(other, share, depth, said) -> None:
+def test_a_slight_effect_beside_a_great_one_may_be_what_that_law_gets_wrong(
+    other, share, depth, said, of_the_great
+) -> None:
     effect, beside = LIBRARY["stribeck_friction"], LIBRARY[other]
-    assert beside_a_greater(depth, effect, {effect: share, beside: 0.5}) == said
-    assert beside_a_greater(depth, beside, {effect: share, beside: 0.5}) == depth
+    assert beside_another_size(depth, effect, {effect: share, beside: 0.5}) == said
+    assert beside_another_size(depth, beside, {effect: share, beside: 0.5}) == of_the_great

@@ -18,7 +18,8 @@ MOST_BESIDE_A_FAMILY = 0.5
 """A family is sure only if it is no more than this part of it: what is left may be the better half of another one."""
 
 SLIGHT = 0.03
-"""An effect that takes less than this part of what another one of its block takes is no surer than the block."""
+"""An effect that takes less than this part of what another one of its block takes is no surer than the block, and that
+one no surer than its family."""
 
 
 class Placed(Protocol):
@@ -82,19 +83,22 @@ def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]
     return "family" if depth == "law" and kin else depth
 
 
-def beside_a_greater(depth: Depth | None, effect: Effect, shares: Mapping[Effect, float]) -> Depth | None:
-    """How deep a name holds beside a much greater effect of the same block.
+def beside_another_size(depth: Depth | None, effect: Effect, shares: Mapping[Effect, float]) -> Depth | None:
+    """How deep a name holds beside a much greater or a much slighter effect of the same block.
 
-    What a law that is not quite right leaves of its own effect, another one draws in part.
+    What a law that is not quite right leaves of its own effect, another one draws in part: of the slight one only the
+    block is sure then, and of the great one no more than the family.
 
     Args:
         depth: that all explanations share.
         effect: that is named.
         shares: of each effect of its set in the budget.
     """
-    block = AT["block"]
-    greatest = max((share for other, share in shares.items() if block(other) == block(effect)), default=0.0)
-    return "block" if depth is not None and shares[effect] < SLIGHT * greatest else depth
+    block, own = AT["block"], shares[effect]
+    beside = [share for other, share in shares.items() if other != effect and block(other) == block(effect)]
+    if depth is not None and any(own < SLIGHT * share for share in beside):
+        return "block"
+    return "family" if depth == "law" and any(share < SLIGHT * own for share in beside) else depth
 
 
 def beside_the_untried(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:
