@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from mmt_drake.diagnosis.decide import gate
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
 from mmt_drake.diagnosis.decide.confirm import is_confirmed
-from mmt_drake.diagnosis.decide.delivered import agreed, outstanding, surely_there
+from mmt_drake.diagnosis.decide.delivered import agreed, beyond_doubt, outstanding, surely_there
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.dilution import undiluted
@@ -288,8 +288,9 @@ class _LawSession(DiagnosisSession):
             return None
         best = there
         shares = self.shares(standard.problem, best, fits)
-        if sure and (fewer := outstanding(standard.problem, best, shares, fits)) is not best:
-            best, shares = fewer, self.shares(standard.problem, fewer, fits)
+        for fewer_of in (outstanding, beyond_doubt) if sure else ():
+            if (fewer := fewer_of(standard.problem, best, shares, fits)) is not best:
+                best, shares = fewer, self.shares(standard.problem, fewer, fits)
         count = len(best.hypothesis.effects)
         tried = len({f.hypothesis.key for level in levels for f in level if len(f.hypothesis.effects) == count})
         confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)

@@ -1,6 +1,7 @@
 """The fit that is delivered: of all explanations that stand, what can be said of every one."""
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Collection, Sequence
 
 from mmt_drake.diagnosis.decide.budget import NAMELESS, BudgetPart
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
@@ -14,6 +15,9 @@ taken from that alone."""
 
 CORE = 0.1
 """Of an interval the part that is its core: a number that is less than so much of its uncertainty may be anything."""
+
+SLIGHTER = 0.1
+"""An effect that takes less than this part of what the greatest takes needs an interval that holds no nothing."""
 
 BESIDE_THE_COMMON = 0.1
 """What not all explanations have is not said if it takes no more than this part of what is common to all takes."""
@@ -51,7 +55,9 @@ def _takes_next_to_nothing(best: Fitted, alone: Fitted, fits: Sequence[Fitted]) 
     return alone.cost - best.cost <= BESIDE_THE_COMMON * (nothing - alone.cost)
 
 
-def surely_there(problem: Problem, best: Fitted, fits: Sequence[Fitted], part: float = CORE) -> Fitted:
+def surely_there(
+    problem: Problem, best: Fitted, fits: Sequence[Fitted], part: float = CORE, among: Collection[str] | None = None
+) -> Fitted:
     """The fit without those effects of which this part of the told interval holds nothing; itself if there is none.
 
     These intervals allow for what nameless laws may hide, so that an effect which only stands for one of them is as
@@ -63,9 +69,11 @@ def surely_there(problem: Problem, best: Fitted, fits: Sequence[Fitted], part: f
         best: the fit.
         fits: what was held against each other.
         part: about the value; 1 is the whole interval.
+        among: the effects that are asked; all by default.
     """
     cores = [_core(float(value), span, part) for value, span in zip(best.x, intervals(problem, best), strict=True)]
     unsure = within_reach_of_nothing(best, cores)
+    unsure = unsure if among is None else unsure.intersection(among)
     return _fit_of(problem, best, best.hypothesis.without(*unsure), fits) if unsure else best
 
 
@@ -84,13 +92,30 @@ def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fi
         shares: its budget.
         fits: what was held against each other.
     """
-    # Beside others it may explain little more than they do, and they nothing without it.
-    share = {part.part: max(part.share, part.unique or 0.0) for part in shares}
-    names = best.hypothesis.names
-    faint = [name for name in names if share.get(name, 0.0) < CLEARLY * share[NAMELESS]]
+    share, names = _shares(shares), best.hypothesis.names
+    faint = [name for name in names if share[name] < CLEARLY * share[NAMELESS]]
     if not faint or len(faint) == len(names):
         return best
     return _fit_of(problem, best, best.hypothesis.without(*faint), fits)
+
+
+def beyond_doubt(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fits: Sequence[Fitted]) -> Fitted:
+    """The fit without those much slighter effects of which the told interval holds nothing; itself if there is none.
+
+    Args:
+        problem: what was fitted.
+        best: the fit.
+        shares: its budget.
+        fits: what was held against each other.
+    """
+    share, names = _shares(shares), best.hypothesis.names
+    greatest = max(share[name] for name in names)
+    return surely_there(problem, best, fits, 1.0, [name for name in names if share[name] < SLIGHTER * greatest])
+
+
+def _shares(shares: Sequence[BudgetPart]) -> defaultdict[str, float]:
+    """Of each part: beside others an effect may explain little more than they do, and they nothing without it."""
+    return defaultdict(float, {part.part: max(part.share, part.unique or 0.0) for part in shares})
 
 
 def _fit_of(problem: Problem, best: Fitted, hypothesis: Hypothesis, fits: Sequence[Fitted]) -> Fitted:

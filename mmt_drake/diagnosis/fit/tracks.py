@@ -28,7 +28,7 @@ COARSE = 3.0
 """Steps in a search are so much longer than accuracy asks for; the error is about 0.1 of the noise at most."""
 
 _SHORTEST_STEP = 1e-4
-"""[s]; a model that needs less is no candidate: nothing that fast shows in a force."""
+"""[s] of a search; a model that needs less is no candidate: nothing that fast shows in a force."""
 
 _STABLE = 8.0
 """Steps over the accurate ones at which what is faster than a sample still dies out as it should, if not in shape."""
@@ -217,7 +217,7 @@ def coarsened(p: Array, coarse: float, rate: float, noisy: bool = False) -> Arra
     """A kernel vector with the steps that are long enough where samples come at a rate [Hz], noisy or not."""
     accurate = p[MAX_STEP]
     p[MAX_STEP] *= coarse
-    if p[MAX_STEP] < _SHORTEST_STEP:
+    if accurate * COARSE < _SHORTEST_STEP:  # of a finer clock too: what a search found is not lost there
         raise MmtError("the model is too stiff for a search")
     if coarse > 1.0:
         p[MAX_STEP] = max(p[MAX_STEP], min(_STABLE * accurate, 1.0 / (_PER_SAMPLE * rate)))

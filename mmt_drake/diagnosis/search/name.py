@@ -142,8 +142,11 @@ def _one_more(
     if setup.watch.is_late():
         setup.watch.miss([f"sets of {count + 1} effects"])
         return []
+    seeds = _seeds(setup.problem, [best, *others], fewer.cost)
+    if not seeds:  # beside numbers moved about, one effect less does as well
+        return []
     setup.watch.begin(LEVELS[count])
-    seeds, parts = _seeds(setup.problem, [best, *others], fewer.cost), setup.problem.eased(best)[:1]
+    parts = setup.problem.eased(best)[:1]
     first, *beside = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
     tries = [
         *all_starts([first], setup.library, setup.scales),

@@ -117,7 +117,7 @@ def _budget(d: Diagnosis, evidence: Sequence[Evidence]) -> Section:
     shown = [part for part in d.budget if part.part != SHARED or part.share >= 0.005]
     bars = [
         Bar(
-            capitalised(part_words(part.part, bool(d.effects))),
+            capitalised(part_words(part.part, d.effects)),
             part.share,
             share_words(part.share),
             PART_COLORS.get(part.part, COLORS["augmented"]),

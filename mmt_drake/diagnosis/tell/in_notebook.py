@@ -14,9 +14,7 @@ def as_html(diagnosis: Diagnosis) -> str:
     """A part of a page, with nothing fetched from elsewhere."""
     parts = [f"<p><b>{escape(words(diagnosis.verdict))}</b>: {escape(diagnosis.summary)}</p>"]
     if diagnosis.budget:
-        shares = [
-            (part_words(part.part, bool(diagnosis.effects)), share_words(part.share)) for part in diagnosis.budget
-        ]
+        shares = [(part_words(part.part, diagnosis.effects), share_words(part.share)) for part in diagnosis.budget]
         parts.append(html_table(["part of the error", "share"], shares))
         parts.append(f"<p><small>{PERCENT}</small></p>")
     for effect in diagnosis.effects:

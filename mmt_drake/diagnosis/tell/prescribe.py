@@ -133,7 +133,7 @@ def prescribe(
         if is_late():  # what is not begun by now is cancelled
             break
     tried.sort(key=lambda t: -t.separation.margin)
-    best = next((t for t in tried if t.separation.settles), None)
+    best = next((t for t in tried if t.separation.settles and t.separation.margin > now.margin), None)
     return Prescription(_in_words(first, best, now, tried), best, now, tuple(tried))
 
 
@@ -229,6 +229,11 @@ def _answering(track: Track, truth: Fitted) -> Track:
 def _in_words(rivals: Sequence[Fitted], best: TriedMotion | None, now: Separation, tried: Sequence[TriedMotion]) -> str:
     sets = dict.fromkeys(rival.hypothesis.names for rival in rivals)
     names = " and ".join(words(" with ".join(some) or "no effect") for some in sets)
+    if best is None and now.settles:
+        return (
+            f"None of the {len(tried)} motions that were tried in simulation tells {names} apart better than this one, "
+            f"in which the wrong one leaves {now.noises:.2g} times the noise. Record it again, and for longer."
+        )
     if best is None:
         most = ""
         if tried and (left := tried[0].separation.noises) >= 0.001:  # below that the figure says nothing

@@ -61,16 +61,17 @@ def bounds_of(d: Diagnosis) -> str:
 def budget_of(d: Diagnosis) -> str:
     """What the error of the model handed in is made of, in a sentence; nothing where that is noise or unknown.
 
-    Beside numbers that were far off effects look like nothing: then a second sentence says what the rest is made of.
+    Beside numbers that were far off all else looks like nothing: then a second sentence says what that is.
     """
-    shares = {part_words(part.part, bool(d.effects)): part.share for part in d.budget}
+    shares = {part_words(part.part, d.effects): part.share for part in d.budget}
     said = _shares(shares)
     if not said or d.verdict == "no_mismatch":
         return ""
     wrong = part_words(PARAMETERS)
     rest = 1.0 - shares.get(wrong, 0.0)
     others = {part: share / rest for part, share in shares.items() if part != wrong and rest > 0.0}
-    of_rest = f" Of the rest: {_shares(others)}." if d.effects and others and rest < 1.0 - _NEARLY_ALL else ""
+    told = d.verdict != "parameters" and others and rest < 1.0 - _NEARLY_ALL
+    of_rest = f" Of the rest: {_shares(others)}." if told else ""
     return f"Of the model's squared error on held-out data: {said}.{of_rest}"
 
 

@@ -7,7 +7,7 @@ from typing import Final
 from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.budget import NAMELESS, PARAMETERS, SHARED
 from mmt_drake.diagnosis.decide.mismatch import Dependence, Mismatch
-from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, NamedEffect
+from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, EffectParameter, Fit, NamedEffect
 from mmt_drake.effects.wording import words
 
 PERCENT: Final = (
@@ -49,10 +49,11 @@ def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def part_words(part: str, effects: bool = True) -> str:
-    """A part of a budget as people write it; `effects`: whether there are any in it."""
-    if part == SHARED and not effects:
-        return "wrong parameters that cannot be told apart"
+def part_words(part: str, effects: Iterable[NamedEffect] | None = None) -> str:
+    """A part of a budget as people write it; `effects`: those that are told, where it matters whether there are any."""
+    names = None if effects is None else {effect.name for effect in effects}
+    if part == SHARED and names is not None and not names - {TABULATED}:
+        return "parameters and the table together" if names else "wrong parameters that cannot be told apart"
     return _PARTS.get(part, words(part))
 
 
