@@ -9,11 +9,13 @@ from threadpoolctl import threadpool_limits
 from trial_samples import BASE, changed, cut, model, recorded
 
 from mmt_drake.diagnosis.fit.comparison import at_bounds
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search import base
 from mmt_drake.diagnosis.search.base import NOTHING_MISSING, fit_base
 from mmt_drake.diagrams.proof.trial.one_axis import DrivenSession
+from mmt_drake.effects import LIBRARY
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model_files import Model
@@ -76,6 +78,16 @@ def test_a_value_twenty_times_off_is_found(which: str, executor: Executor) -> No
     for symbol, value in true.items():
         # Of a short recording of a box, m, k2 and b2 are known only together.
         assert values[symbol] == pytest.approx(value, rel=0.15 if symbol == "m" else 0.03), symbol
+
+
+def test_what_gravity_does_to_a_pendulum_is_a_parameter_beside_missing_physics_too(executor: Executor) -> None:
+    believed = DrivenBodyModel(**{**CARRIAGE, "k": 0.0, "Fc": 0.0}, gravity=Gravity("pendulum", 9.6))
+    prepared = prepare([carriage(k=0.0, pendulum=8.6)], believed)
+    assert prepared.problem is not None
+    hypothesis = Hypothesis.of(believed).adding(LIBRARY["coulomb_friction"])
+    found = prepared.problem.fit(hypothesis, hypothesis.vector({}, {"coulomb_friction": {"Fc": 0.3}}))
+    assert found.structure_values["pendulum"] == pytest.approx(8.6, rel=0.01)
+    assert found.effect_values["coulomb_friction"]["Fc"] == pytest.approx(CARRIAGE["Fc"], rel=0.05)
 
 
 def test_what_gravity_does_to_a_pendulum_is_a_parameter(executor: Executor) -> None:

@@ -10,7 +10,7 @@ from trial_samples import model, named
 from mmt_drake.diagnosis.decide import delivered
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
-from mmt_drake.diagnosis.decide.delivered import CLEARLY, agreed, outstanding, surely_there
+from mmt_drake.diagnosis.decide.delivered import CLEARLY, agreed, beyond_doubt, outstanding, surely_there
 from mmt_drake.diagnosis.fit.problem import Fitted
 
 NAMELESS = 0.01
@@ -59,6 +59,19 @@ def test_an_effect_is_not_delivered_where_a_tenth_of_its_told_interval_holds_not
     assert surely_there(problem, both, [both, named("coulomb_friction")]).hypothesis.names == left
     whole = surely_there(problem, both, [both, named("coulomb_friction")], 1.0)  # where much is left without a name
     assert whole.hypothesis.names == (left if bias[0] > 0.0 else ("coulomb_friction",))
+
+
+@pytest.mark.parametrize(("share", "left"), [(0.09, ("coulomb_friction",)), (0.11, ("coulomb_friction", "force_bias"))])
+def test_a_much_slighter_effect_needs_an_interval_that_does_not_hold_nothing(
+    share: float, left: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = named("coulomb_friction", "force_bias")
+    spans = [{"bias": (-0.1, 0.9)}.get(p.symbol, (-0.1, 2.0)) for p in both.hypothesis.free_parameters()]
+    both = replace(both, minimum=replace(both.minimum, x=np.mean(spans, axis=1)))
+    monkeypatch.setattr(delivered, "intervals", lambda problem, fitted: spans)
+    shares = [BudgetPart("coulomb_friction", 1.0), BudgetPart("force_bias", 0.5 * share, share)]
+    problem: Any = None
+    assert beyond_doubt(problem, both, shares, [both, named("coulomb_friction")]).hypothesis.names == left
 
 
 def leaving(cost: float, *names: str) -> Fitted:

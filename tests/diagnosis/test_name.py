@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
-from mmt_drake.diagnosis.search.name import LEVELS, _origins, search
+from mmt_drake.diagnosis.search.name import LEVELS, _one_more, _origins, _seeds, search
 from mmt_drake.diagnosis.search.starts import Seed, Start, added, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Stage, Watch
 from mmt_drake.diagrams.proof.trial.laws import Concealed
@@ -162,6 +163,16 @@ def test_a_third_effect_is_kept_only_where_it_takes_nearly_all_of_the_rest(part,
     library = [*(effect for effect in SOME if effect.name != "force_lag"), LIBRARY["time_delay"]]
     found = searched(*effects, library=library)
     assert len(found.levels) == count and LEVELS[2] in {stage.name for stage in found.told}
+
+
+def test_beside_sets_that_gained_nothing_no_further_effect_is_sought(pair):
+    (fewer, *_), (best, *_) = pair.levels
+    lost = replace(best, minimum=replace(best.minimum, residual=2.0 * fewer.minimum.residual))
+    assert not _seeds(pair.problem, [lost], fewer.cost)
+    worse = replace(fewer, minimum=replace(fewer.minimum, residual=4.0 * fewer.minimum.residual))
+    setup = SearchSetup(pair.problem, SOME, None, None, Watch())
+    with mock.patch("mmt_drake.diagnosis.search.name._seeds", return_value=[]):
+        assert _one_more(setup, [], [[worse], [lost]], lambda fitted: False) == []
 
 
 @pytest.mark.parametrize("which", ["pair", "unequal", "triple"])

@@ -1,5 +1,6 @@
 """What makes a replay fast is off by far less than the noise: longer steps, and an axis without the other."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,8 @@ from trial_samples import COULOMB, beside, model, recorded
 from mmt_drake.diagnosis.fit import box_tracks
 from mmt_drake.diagnosis.fit.box_tracks import BoxTrack
 from mmt_drake.diagnosis.fit.prepare import prepare
-from mmt_drake.diagnosis.fit.tracks import COARSE, NOISY
+from mmt_drake.diagnosis.fit.tracks import COARSE, MAX_STEP, NOISY, coarsened
+from mmt_drake.errors import MmtError
 
 VECTOR = replace(model(Fc=0.4), in_plane="vector")
 SMOOTH = replace(model(), in_plane="vector")
@@ -40,6 +42,15 @@ def test_longer_steps_beside_friction_in_the_plane_are_off_by_a_tenth_of_the_noi
         longer = track.replay(what, coarse)[0]
         error = np.sqrt(np.mean((longer - accurate) ** 2))
         assert error < 0.1 * track.floor and (error > 0.0 or plain is SMOOTH)  # they are longer where a body may stick
+
+
+@pytest.mark.parametrize(("step", "admitted"), [(5e-5, True), (2e-5, False)])
+def test_what_a_search_can_follow_a_finer_clock_follows_too(step, admitted):
+    vector = model().kernel_vector()
+    vector[MAX_STEP] = step
+    for coarse in (COARSE, 1.0):
+        with nullcontext() if admitted else pytest.raises(MmtError, match="too stiff"):
+            coarsened(vector.copy(), coarse, 1000.0)
 
 
 @pytest.mark.parametrize(
