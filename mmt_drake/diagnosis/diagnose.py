@@ -25,7 +25,7 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import intervals
 from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.on_surface import SurfaceSession
-from mmt_drake.diagnosis.search.base import fit_base, over_windows
+from mmt_drake.diagnosis.search.base import doubted, fit_base, over_windows
 from mmt_drake.diagnosis.search.in_plane import said
 from mmt_drake.diagnosis.search.learn import more_branches, other_curves, tables, without_effects, worth_while
 from mmt_drake.diagnosis.search.minima import moved_about, other_numbers
@@ -60,6 +60,9 @@ NEAR = 1.5
 _MINIMUM = "whether there is a better minimum"
 _SHAPE, _NEXT = "the shape of what is left", "what to record next"
 _STAGES = (PARAMETERS, *LEVELS, BEST, _MINIMUM, _SHAPE, _NEXT)
+_DRAWS_GRAVITY = frozenset(("body_force", "contact_stiffness"))
+"""Families of which an effect may be what a wrong moment of gravity leaves: it depends on the position alone."""
+_MUCH_LESS = 0.5
 _AT_BOUND = (
     "Fitted to the recordings, the model's {} ends {:g} times away from what was handed in, or is driven further: the "
     "model is too far from this system, or this recording says nothing of it. Nothing can be said of physics that may "
@@ -162,8 +165,27 @@ class _LawSession(DiagnosisSession):
     friction_unsaid: bool
 
     def searched(self, problem: Problem, standard: NoiseReference, refit: Fitted) -> Outcome:
-        """See `DiagnosisSession.searched`."""
-        _, start = fit_base(problem, self.model, self.prepared.skew, self.executor, refit)
+        """See `DiagnosisSession.searched`.
+
+        Where nothing is named, or what a wrong moment of gravity would draw, what is given is doubted: all is sought
+        once more, and believed if that leaves much less, or needs fewer effects.
+        """
+        found = self._searched(problem, standard, refit)
+        families = {effect.family for effect in found.diagnosis.effects}
+        if self.watch.is_late() or (families and not families & _DRAWS_GRAVITY):
+            return found
+        free = doubted(problem, refit, self.executor)
+        if free is None:
+            return found
+        again = self._searched(problem, standard, self._taken_on(standard.problem, free))
+        return again if again.says_more(found, _MUCH_LESS) else found
+
+    def _taken_on(self, problem: Problem, fitted: Fitted) -> Fitted:
+        """A fit without effects on another clock."""
+        return fit_base(problem, self.model, self.prepared.skew, self.executor, fitted)[1]
+
+    def _searched(self, problem: Problem, standard: NoiseReference, refit: Fitted) -> Outcome:
+        start = self._taken_on(problem, refit)
         self.watch.saw(NOTHING, problem.left(start))
         scales = scales_of(problem, start.model)
         setup = SearchSetup(problem, self.library, scales, self.executor, self.watch, self.friction_unsaid)
@@ -312,7 +334,7 @@ class _LawSession(DiagnosisSession):
             best, shares = free, self.shares(standard.problem, free, fits)
         ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]
         verdict = verdict if sure else "ambiguous"
-        return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked, bent=bent)
+        return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked, bent=bent, of_refit=of_refit)
 
     def _enough(self, problem: Problem, standard: NoiseReference, fitted: Fitted) -> bool:
         """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""

@@ -78,6 +78,7 @@ class DrivenBodyModel(PositionOut):
         "gain": "gain",
         "pendulum": "pendulum",
     }
+    GIVEN: ClassVar = ("pendulum",)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -194,7 +194,7 @@ class Structure(Checked):
     SYMBOLS: ClassVar[Mapping[str, str]]
     """Common symbol -> the structure's own."""
     GIVEN: ClassVar[tuple[str, ...]] = ()
-    """Those of them that are known better from elsewhere: fitted only by a hypothesis that doubts them."""
+    """Those of them that are known better from elsewhere: fitted only where all is explained, or much more, by it."""
     AXES: ClassVar[tuple[Axis, ...]] = ("",)
     """Along which laws may act."""
     TAKES: ClassVar[tuple[str, ...] | None] = None

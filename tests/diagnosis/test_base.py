@@ -8,8 +8,8 @@ import pytest
 from threadpoolctl import threadpool_limits
 from trial_samples import BASE, changed, cut, model, recorded
 
+from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.diagnosis.fit.comparison import at_bounds
-from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search import base
@@ -80,14 +80,13 @@ def test_a_value_twenty_times_off_is_found(which: str, executor: Executor) -> No
         assert values[symbol] == pytest.approx(value, rel=0.15 if symbol == "m" else 0.03), symbol
 
 
-def test_what_gravity_does_to_a_pendulum_is_a_parameter_beside_missing_physics_too(executor: Executor) -> None:
-    believed = DrivenBodyModel(**{**CARRIAGE, "k": 0.0, "Fc": 0.0}, gravity=Gravity("pendulum", 9.6))
-    prepared = prepare([carriage(k=0.0, pendulum=8.6)], believed)
-    assert prepared.problem is not None
-    hypothesis = Hypothesis.of(believed).adding(LIBRARY["coulomb_friction"])
-    found = prepared.problem.fit(hypothesis, hypothesis.vector({}, {"coulomb_friction": {"Fc": 0.3}}))
-    assert found.structure_values["pendulum"] == pytest.approx(8.6, rel=0.01)
-    assert found.effect_values["coulomb_friction"]["Fc"] == pytest.approx(CARRIAGE["Fc"], rel=0.05)
+def test_a_wrong_moment_of_gravity_beside_missing_friction_is_no_spring() -> None:
+    believed = DrivenBodyModel(**{**CARRIAGE, "k": 0.0, "Fc": 0.0}, gravity=Gravity("pendulum", 7.0))
+    library = [LIBRARY[name] for name in ("coulomb_friction", "ground_spring", "nonlinear_stiffness")]
+    found = diagnose([carriage(k=0.0, pendulum=8.6)], believed, library=library).diagnosis
+    assert [(effect.name, effect.certain) for effect in found.effects] == [("coulomb_friction", "law")], found.summary
+    assert found.parameters["pendulum"].value == pytest.approx(8.6, rel=0.01)
+    assert found.effects[0].parameters["Fc"].value == pytest.approx(CARRIAGE["Fc"], rel=0.05)
 
 
 def test_what_gravity_does_to_a_pendulum_is_a_parameter(executor: Executor) -> None:

@@ -137,7 +137,7 @@ def test_a_thousandth_of_what_is_to_be_explained_rules_no_name_out(problem, fits
 def telling(*sets: str) -> ConfidenceSet:
     """A confidence set of these sets of effects."""
     members = tuple(named(*names.split()) for names in sets)
-    return ConfidenceSet(members, {f.hypothesis.key: 1.0 for f in members}, frozenset(), {})
+    return ConfidenceSet(members, {f.hypothesis.key: 1.0 for f in members}, frozenset(), {}, stood=members)
 
 
 @pytest.mark.parametrize(
@@ -151,6 +151,14 @@ def test_a_law_is_no_surer_than_its_family_where_beside_kin_it_does_better_than_
     held = telling("stiffness_step", f"stiffness_step {beside}")
     held = replace(held, chances={**held.chances, frozenset(["stiffness_step"]): chance})
     assert held.depth(LIBRARY["stiffness_step"]) == depth
+
+
+def test_kin_that_may_not_be_named_count_as_well() -> None:
+    step, both = frozenset(["stiffness_step"]), frozenset(["stiffness_step", "stiffness_drift"])
+    held = telling("stiffness_step", "stiffness_step stiffness_drift")
+    held = replace(held, chances={step: 0.001, both: 1.0}, members=held.members[:1], unsaid={both: both})
+    assert held.depth(LIBRARY["stiffness_step"]) == "family"
+    assert replace(held, stood=held.members).depth(LIBRARY["stiffness_step"]) == "law"
 
 
 @pytest.mark.parametrize(("taken", "depth"), [(2.9, "law"), (3.1, "family")])

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self, get_args
 
-from mmt_drake.diagnosis.decide.depth import AT, SLIGHT, Depth, beside_its_kin
+from mmt_drake.diagnosis.decide.depth import AT, SLIGHT, Depth, is_kin
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.floors import noise_kept_out
 from mmt_drake.diagnosis.fit.free_space import SURELY, leaves_an_offset, off_in_free_space
@@ -58,6 +58,7 @@ class ConfidenceSet:
         drawing: members that hold a simpler one as a special case (`Effect.holds`) and leave next to nothing less than
             it does: they say what that one says, and a little more.
         left: set of effects -> what its fit leaves of what it has not seen, a sum of squares.
+        stood: all fits that are not ruled out, members or not.
     """
 
     members: tuple[Fitted, ...]
@@ -68,6 +69,7 @@ class ConfidenceSet:
     rivals: tuple[Fitted, ...] = ()
     drawing: frozenset[frozenset[str]] = frozenset()
     left: Mapping[frozenset[str], float] = field(default_factory=dict)
+    stood: tuple[Fitted, ...] = ()
 
     @classmethod
     def of(
@@ -155,6 +157,7 @@ class ConfidenceSet:
             frozenset(fits[i].hypothesis.key for i in standing),
             unsaid,
             left={f.hypothesis.key: cost for f, cost in zip(fits, costs, strict=True)},
+            stood=tuple(fits[i] for i in standing),
         )
         return found, frozenset(f.hypothesis.key for f, near_least in zip(fits, alike, strict=True) if near_least)
 
@@ -186,19 +189,22 @@ class ConfidenceSet:
         return None
 
     def _beside_kin(self, effect: Effect, depth: Depth) -> Depth | None:
-        """How deep a name may hold where the best member has kin beside it, which chance would hardly put first.
+        """How deep a name may hold where kin beside it explain more than chance would, be they named or not.
 
         Kin that take next to nothing of what the effect does draw what has no name, and no third law.
         """
-        surest, best = max(self.members, key=lambda f: self.chances[f.hypothesis.key]), self.best().hypothesis.key
-        if self.chances[best] >= WELL or effect not in surest.hypothesis.effects:
-            return depth
-        without, named, beside = (
-            self.left.get(key, math.nan) for key in (best - {effect.name}, best, surest.hypothesis.key)
-        )
-        if named - beside < SLIGHT * (without - named):
-            return depth
-        return beside_its_kin(depth, effect, surest.hypothesis.effects)
+        kin = any(self._takes_more_with_kin(effect, fitted) for fitted in self.stood)
+        return "family" if depth == "law" and kin else depth
+
+    def _takes_more_with_kin(self, effect: Effect, fitted: Fitted) -> bool:
+        """Whether a fit has an effect beside kin of it, without which less is explained."""
+        if effect not in fitted.hypothesis.effects:
+            return False
+        key, kin = fitted.hypothesis.key, {e.name for e in fitted.hypothesis.effects if is_kin(e, effect)}
+        fewer = key - kin
+        named, nothing = self.left.get(fewer, math.nan), self.left.get(fewer - {effect.name}, math.nan)
+        surer = self.chances.get(fewer, 1.0) < min(WELL, self.chances[key])
+        return bool(kin) and surer and not named - self.left.get(key, math.nan) < SLIGHT * (nothing - named)
 
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""

@@ -68,6 +68,11 @@ def beside_the_nameless(
     return "family" if depth == "law" and (may_be_all or nameless > MOST_NAMELESS * share) else depth
 
 
+def is_kin(one: Placed, other: Placed) -> bool:
+    """Whether two effects are different laws of one family, in one place."""
+    return AT["family"](one) == AT["family"](other) and one.name != other.name
+
+
 def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]) -> Depth | None:
     """How deep a name holds beside the other effects of its set.
 
@@ -78,9 +83,7 @@ def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]
         effect: that is named.
         others: the set, with it or without.
     """
-    family = AT["family"]
-    kin = any(family(other) == family(effect) and other.name != effect.name for other in others)
-    return "family" if depth == "law" and kin else depth
+    return "family" if depth == "law" and any(is_kin(other, effect) for other in others) else depth
 
 
 def beside_another_size(depth: Depth | None, effect: Effect, shares: Mapping[Effect, float]) -> Depth | None:

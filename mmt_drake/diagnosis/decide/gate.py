@@ -149,7 +149,12 @@ def leaves_much(shares: Sequence[BudgetPart], of_refit: float) -> bool:
         of_refit: as for `with_physics`.
     """
     nameless, taken = _share(shares, NAMELESS_PART), _named(shares) + _share(shares, SHARED)
-    return nameless > MOST_BESIDE_THE_UNSURE * taken or 1.0 - of_refit > MOST_BESIDE_THE_UNSURE * of_refit
+    return nameless > MOST_BESIDE_THE_UNSURE * taken or leaves_much_of(of_refit)
+
+
+def leaves_much_of(of_refit: float) -> bool:
+    """Whether effects leave much of what a refit does, beside what they take: no law is then surer than its family."""
+    return 1.0 - of_refit > MOST_BESIDE_THE_UNSURE * of_refit
 
 
 def _named(shares: Sequence[BudgetPart]) -> float:

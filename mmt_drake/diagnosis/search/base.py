@@ -66,7 +66,8 @@ def fit_base(
     """The nominal parameters with the clocks' skew fitted and nothing else; and all parameters fitted.
 
     Parameters are sought near their nominal values. A fit that ends at a bound proves nothing: its bounds are moved
-    out, and where it leaves more than noise it is begun again far away too.
+    out, and where it leaves more than noise it is begun again far away too. What is given (`Structure.GIVEN`) is
+    doubted only where other values leave no more than noise.
 
     Args:
         problem: what is fitted.
@@ -96,6 +97,9 @@ def fit_base(
     found = problem.fits(taken_on, executor, steps=STEPS, converged_at=CONVERGED)
     nearest = min(found, key=lambda f: f.cost)
     if known is None and not _is_noise(problem, nearest):
+        doubting = doubted(problem, nearest, executor)
+        if doubting is not None and _is_noise(problem, doubting):
+            return nominal, doubting
         if at_bounds(nearest):
             found = _from_afar(problem, nearest, executor)
         nearest = min(found, key=lambda f: f.cost)
@@ -124,6 +128,16 @@ def _is_noise(problem: Problem, fitted: Fitted) -> bool:
     """Whether a fit leaves no more than noise."""
     fair = _fair(problem, fitted)
     return fair.unchanged(fitted.hypothesis, fitted.x).cost <= NOTHING_MISSING**2 * problem.samples()
+
+
+def doubted(problem: Problem, nearest: Fitted, executor: Executor) -> Fitted | None:
+    """The fit with what is given (`Structure.GIVEN`) free as well; None if there is nothing of the kind."""
+    hypothesis = replace(nearest.hypothesis, doubted=nearest.hypothesis.nominal.GIVEN)
+    if hypothesis.free == nearest.hypothesis.free:
+        return None
+    starts = (hypothesis.base(), hypothesis.vector(nearest.structure_values, {}))
+    fits = problem.fits([(hypothesis, x) for x in starts], executor, steps=STEPS, converged_at=CONVERGED)
+    return min(fits, key=lambda f: f.cost, default=None)
 
 
 def _is_crude(fitted: Fitted) -> bool:

@@ -1,9 +1,12 @@
 """The outcome of a diagnosis: in fits, and as the document that is written and read."""
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
+from mmt_drake.diagnosis.decide.alike import play_or_friction
 from mmt_drake.diagnosis.decide.budget import NAMELESS, SHARED, BudgetPart, Ruler
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
 from mmt_drake.diagnosis.decide.depth import (
@@ -14,7 +17,7 @@ from mmt_drake.diagnosis.decide.depth import (
     beside_the_nameless,
     beside_the_untried,
 )
-from mmt_drake.diagnosis.decide.gate import NoiseReference
+from mmt_drake.diagnosis.decide.gate import NoiseReference, leaves_much_of
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import NAMING, Verdict
@@ -32,6 +35,8 @@ from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
+
+_AS_LITTLE = 0.5  # of the noise, beyond it
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,21 @@ class Outcome:
 
     def _repr_html_(self) -> str:
         return self.diagnosis._repr_html_()
+
+    def says_more(self, other: Self, part: float) -> bool:
+        """Whether it names something and explains more than another diagnosis of the same recordings.
+
+        It leaves at most this part of the variance that the other leaves beyond the noise, on held-out data; or as
+        little with fewer of the other's effects.
+        """
+        own, others = self.diagnosis.fit, other.diagnosis.fit
+        if own is None or others is None or self.diagnosis.verdict not in NAMING:
+            return False
+        floor = own.noise_floor or 0.0
+        errors = own.heldout_nrmse.augmented, others.heldout_nrmse.augmented
+        left, before = (math.inf if e is None else max(e**2 - floor**2, 0.0) for e in errors)
+        names, theirs = ({effect.name for effect in d.effects} for d in (self.diagnosis, other.diagnosis))
+        return left <= part * before or (names < theirs and left <= max(before, (_AS_LITTLE * floor) ** 2))
 
     @property
     def fits(self) -> dict[str, Fitted]:
@@ -99,6 +119,7 @@ class Judgement:
         learned: the table that is delivered beside it, for what has no name.
         shapes: all the tables that were learned.
         bent: effects that depend on a signal in another way than their law says.
+        of_refit: what part its effects take off what a refit leaves beyond the noise, on held-out data.
     """
 
     verdict: Verdict
@@ -113,6 +134,7 @@ class Judgement:
     learned: Learned | None = None
     shapes: Sequence[Learned] = ()
     bent: frozenset[str] = frozenset()
+    of_refit: float = 1.0
 
     @property
     def named(self) -> Fitted | None:
@@ -139,6 +161,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     nothing = judgement.verdict == "no_mismatch"
     known_to = intervals(problem, delivered)
     wrong = {} if nothing else document.parameters(delivered, known_to)
+    alike = [] if nothing else play_or_friction(problem, delivered)
     models = model, judgement.refit.model, delivered.model
     figures, *further = (document.figures(held, models) for held in ruler.heldout)
     errors = {f.hypothesis.key: _error(ruler, f) for f in ranked}
@@ -151,6 +174,8 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
         unsure = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
         unsure |= judgement.bent | of_no_mass(delivered, known_to)
+        if leaves_much_of(judgement.of_refit):
+            unsure |= named.hypothesis.key
         depths = {e.name: _depth(e, named, believed, judgement, e.name in unsure) for e in named.hypothesis.effects}
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
@@ -167,7 +192,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
         mismatch=mismatch,
         fit=replace(figures, by_axis=by_axis),
         model="augmented_model.yaml",
-        preflight=prepared.findings,
+        preflight=(*prepared.findings, *alike),
         candidates=document.candidates(ranked, rivals, reasons),
         tried=judgement.tried,
         untried=judgement.untried,
