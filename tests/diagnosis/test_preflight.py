@@ -12,7 +12,7 @@ from trial_samples import changed, cut, late
 
 from mmt_drake.diagnosis.checks.alignment import normal_fit
 from mmt_drake.diagnosis.checks.preflight import preflight
-from mmt_drake.diagnosis.checks.sensors import clipping, coarseness, freezing
+from mmt_drake.diagnosis.checks.sensors import clipping, coarseness, freezing, spikes
 from mmt_drake.diagnosis.signals.smoother import smooth
 from mmt_drake.errors import BadInput
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
@@ -201,6 +201,18 @@ def test_neither_a_sine_nor_a_coarse_sine_is_taken_for_clipped():
     assert coarseness("force", wave, 1e-3) is None
     coarse = coarseness("force", 0.1 * np.round(wave / 0.1), 1e-3)
     assert coarse.severity == "warn" and coarse.figures["step"] == pytest.approx(0.1)
+
+
+def test_spikes_are_told_and_neither_noise_nor_touches_nor_a_coarse_sensor_are_taken_for_them():
+    noisy = 0.02 * np.random.default_rng(3).standard_normal(20_000)
+    steps = noisy + 2.0 * (np.arange(20_000) // 500 % 2)  # a touch is a step: the samples beside it are not alike
+    for plain in (noisy, steps, 0.05 * np.round(noisy / 0.05), np.zeros(100)):
+        assert spikes("force", plain, 1e-3) is None
+    struck = steps.copy()
+    struck[100:20_000:250] += 1.0
+    found = spikes("force", struck, 1e-3)
+    assert found.severity == "warn" and found.figures["count"] == 80
+    assert found.figures["largest"] == pytest.approx(1.0, abs=0.1)
 
 
 def test_a_sensor_that_drops_out_is_noticed():

@@ -22,6 +22,8 @@ _REPEATED = 0.15
 _FINE = 0.99  # share of distinct values between the extremes of a channel whose steps do not show
 _SIGMAS = 5.0
 _COLOURED_DB = 6.0
+_TO_DEVIATION = 1.4826  # standard deviation over median magnitude, of Gaussian noise
+_SPIKE, _ALONE, _FEWEST_SPIKES = 10.0, 3.0, 5  # times the usual; times as far as the samples beside it are apart
 _SPEAKS = 3.0  # deviation of an output over that of the noise in it
 
 
@@ -70,11 +72,11 @@ def channel_findings(recording: Recording, columns: Mapping[str, bool], used: Fl
             continue
         # A body may well stand still, most of all at the ends of its way; a force that does is suspicious, and so is
         # a position without noise there if it has some elsewhere.
-        checks: tuple[_Check, ...] = (coarseness,)
+        checks: tuple[_Check, ...] = (coarseness, spikes)
         if name.startswith("force"):
-            checks = (clipping, freezing, coarseness)
+            checks = (clipping, freezing, *checks)
         elif _is_fine(values):
-            checks = (clipping, coarseness)
+            checks = (clipping, *checks)
         for check in checks:
             finding = check(name, values, step)
             if finding is not None:
@@ -151,6 +153,22 @@ def coarseness(name: str, values: Array, step: float) -> Finding | None:
         text = f"{100 * repeated:.0f} % of the samples of {name} repeat the last one: its sensor is slow."
         return Finding("repeated", "note", text, {"share": repeated})
     return None
+
+
+def spikes(name: str, values: Array, step: float) -> Finding | None:
+    """Single samples far off both beside them, which are alike: no motion and no noise of a sensor does that."""
+    off = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
+    usual = _TO_DEVIATION * float(np.median(off))
+    alone = (off > _SPIKE * usual) & (off > _ALONE * np.abs(values[2:] - values[:-2]))
+    if usual == 0.0 or np.count_nonzero(alone) < _FEWEST_SPIKES:
+        return None
+    count, share = int(np.count_nonzero(alone)), float(np.mean(alone))
+    most = f"by up to {off[alone].max():.3g}, where {usual:.2g} is usual"
+    text = (
+        f"{count} samples of {name} stand alone {most}: impacts, or spikes of the sensor. They count as noise; leave "
+        "the rows of spikes out."
+    )
+    return Finding("spikes", "warn", text, {"count": float(count), "share": share, "largest": float(off[alone].max())})
 
 
 def bias_findings(smoothed: Smoothed, names: tuple[str, ...]) -> list[Finding]:
