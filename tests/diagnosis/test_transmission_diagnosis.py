@@ -1,11 +1,16 @@
 """Play of a transmission: found again where it is hidden, not found where it is not, by an integrator of its own."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from numba import njit
 from scipy.signal import lfilter
 
+from mmt_drake.diagnosis.decide.alike import play_or_friction
 from mmt_drake.diagnosis.diagnose import diagnose
+from mmt_drake.diagnosis.fit.prepare import prepare
+from mmt_drake.diagnosis.search.base import fit_base
 from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.one_axis import TransmissionSession
 from mmt_drake.effects import LIBRARY
@@ -141,3 +146,38 @@ def test_slow_play_may_as_well_be_friction_and_the_offset_need_not_be_known():
     assert named == {"gear_play", "coulomb_friction"}
     assert diagnosis.parameters["offset"].value == pytest.approx(OFFSET, abs=1e-3)
     assert diagnosis.fit.heldout_nrmse.augmented < 2.0 * diagnosis.fit.noise_floor
+
+
+@njit
+def rubbed(time, u, gap, friction, substeps):
+    """`geared` with dry friction that holds the output, by explicit Euler steps that do not overshoot standstill."""
+    h = (time[1] - time[0]) / substeps
+    x, v, found = RATIO * u[0] + OFFSET, 0.0, np.empty_like(u)
+    found[0] = x
+    for i in range(len(u) - 1):
+        rate = RATIO * (u[i + 1] - u[i]) / (time[1] - time[0])
+        for j in range(substeps):
+            ahead = RATIO * u[i] + rate * h * j + OFFSET - x
+            free = v - h * C * v / M
+            if abs(ahead) > 0.5 * gap:
+                free += h * (K * (ahead - np.sign(ahead) * 0.5 * gap) + B * (rate - v)) / M
+            v = np.sign(free) * max(abs(free) - h * friction / M, 0.0)
+            x += h * v
+        found[i + 1] = x
+    return found
+
+
+@pytest.mark.parametrize(("speed", "friction", "told"), [(0.1, 0.3, True), (1.0, 0.02, False)])
+def test_where_the_motion_is_slow_friction_is_said_to_be_perhaps_play(speed, friction, told):
+    slow = np.interp(speed * TIME, TIME, INPUT)
+    recording = turned(rubbed(TIME, slow, 0.01, friction, 100), slow)
+    model = parse_model({"structure": "transmission", "parameters": {**GEARS, "Fc": friction}})
+    prepared = prepare([recording], model)
+    assert prepared.fine is not None
+    with ThreadPoolExecutor(1) as threads:
+        _, fitted = fit_base(prepared.fine, model, prepared.skew, threads)
+    found = play_or_friction(prepared.fine, fitted)
+    assert [one.code for one in found] == (["play_or_friction"] if told else [])
+    if told:
+        assert fitted.model.Fc == pytest.approx(0.3 + 0.5 * K * 0.01, rel=0.05)
+        assert 0.4 < found[0].figures["gap"] * K / (2.0 * fitted.model.Fc) < 1.0

@@ -36,7 +36,7 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
 
-_AS_LITTLE = 0.5  # of the noise, beyond it
+_AS_LITTLE, _NEARLY = 0.5, 1.25  # of the noise, beyond it; of a variance beyond the noise
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Outcome:
         errors = own.heldout_nrmse.augmented, others.heldout_nrmse.augmented
         left, before = (math.inf if e is None else max(e**2 - floor**2, 0.0) for e in errors)
         names, theirs = ({effect.name for effect in d.effects} for d in (self.diagnosis, other.diagnosis))
-        return left <= part * before or (names < theirs and left <= max(before, (_AS_LITTLE * floor) ** 2))
+        return left <= part * before or (names < theirs and left <= max(_NEARLY * before, (_AS_LITTLE * floor) ** 2))
 
     @property
     def fits(self) -> dict[str, Fitted]:
