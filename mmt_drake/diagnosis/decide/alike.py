@@ -26,10 +26,12 @@ def play_or_friction(problem: Problem, delivered: Fitted) -> list[Finding]:
         delivered: the fit whose numbers are told.
     """
     hypothesis, k = delivered.hypothesis, delivered.model.value("k2")
+    if not hypothesis.admits(_PLAY):
+        return []
     structure, effects = dict(delivered.structure_values), {n: dict(v) for n, v in delivered.effect_values.items()}
     holder = effects[_FRICTION] if _FRICTION in hypothesis.key else structure
     level = holder.get("Fc", 0.0)
-    if not hypothesis.admits(_PLAY) or level <= 0.0 or k <= 0.0:
+    if level <= 0.0 or k <= 0.0:
         return []
     holder["Fc"] = (1.0 - _PART) * level
     begun = 2.0 * _PART * level / k

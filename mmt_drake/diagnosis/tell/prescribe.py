@@ -231,8 +231,8 @@ def _in_words(rivals: Sequence[Fitted], best: TriedMotion | None, now: Separatio
     names = " and ".join(words(" with ".join(some) or "no effect") for some in sets)
     if best is None and now.settles:
         return (
-            f"None of the {len(tried)} motions that were tried in simulation tells {names} apart better than this one, "
-            f"in which the wrong one leaves {now.noises:.2g} times the noise. Record it again, and for longer."
+            f"None of the {len(tried)} motions that were tried in simulation tells {names} apart better than this "
+            f"recording, in which the wrong one leaves {now.noises:.2g} times the noise. Record it again, for longer."
         )
     if best is None:
         most = ""
