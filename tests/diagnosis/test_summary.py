@@ -5,7 +5,7 @@ from dataclasses import replace
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
-from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, HeldoutNrmse, NamedEffect
+from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, FittedParameter, HeldoutNrmse, NamedEffect
 from mmt_drake.diagnosis.tell.summary import MOST_WARNINGS, summary_of
 
 GAPS = Finding("gaps", "warn", "No samples for 1 s in all.")
@@ -126,6 +126,13 @@ def test_an_effect_for_which_another_would_do_is_said_to_be_not_certain():
     told = summary_of(Diagnosis("missing_physics", "", effects=(friction, bias)))
     assert "force bias (bias = 0.2 N; not certain, another effect would do as well)" in told
     assert told.count("certain") == 1
+
+
+def test_fitted_numbers_of_what_is_not_explained_need_not_be_the_system_s_own():
+    wrong = {"m": FittedParameter(1.0, 0.5, "kg", (0.4, 0.6))}
+    told = summary_of(Diagnosis("unexplained", "", fit=FIT, parameters=wrong))
+    assert "no effect of the library was found to explain it. So the numbers that fit best need not be" in told
+    assert "need not be" not in summary_of(Diagnosis("unexplained", "", fit=FIT))
 
 
 def test_where_other_values_predict_to_the_noise_it_is_not_said_that_something_is_missing():

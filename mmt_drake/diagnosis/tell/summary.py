@@ -90,6 +90,8 @@ def _verdict(d: Diagnosis) -> str:
         if d.untried
         else ("no effect of the library was found to explain it.")
     )
+    if d.parameters:
+        real += " So the numbers that fit best need not be the system's own."
     others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
     left_out = f"The model leaves out {_listed((e for e in d.effects if e.name != TABULATED), d.verdict)}"
     tables = [f"over the {words(str(e.parameters['of'].value))}" for e in d.effects if e.name == TABULATED]
