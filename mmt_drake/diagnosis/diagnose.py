@@ -319,7 +319,8 @@ class _LawSession(DiagnosisSession):
         if standard.gain(refit, best) < gate.GAIN or not confirmed:
             return None
         verdict, of_refit = self.on_physics(best, refit, standard, shares)
-        if verdict == "partly_explained" and (there := surely_there(standard.problem, best, fits, 1.0)) is not best:
+        may_be_nameless = verdict == "partly_explained" and gate.leaves_much_of(of_refit)
+        if may_be_nameless and (there := surely_there(standard.problem, best, fits, 1.0)) is not best:
             # What has no name may have it all: where much is left, a name needs an interval that holds no nothing.
             best, shares = there, self.shares(standard.problem, there, fits)
             verdict, of_refit = self.on_physics(best, refit, standard, shares)
