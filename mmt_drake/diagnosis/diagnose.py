@@ -178,7 +178,9 @@ class _LawSession(DiagnosisSession):
         if free is None:
             return found
         again = self._searched(problem, standard, self._taken_on(standard.problem, free))
-        return again if again.says_more(found, _MUCH_LESS) else found
+        # With gravity free as well, two forces of the position draw nearly anything.
+        draws_any = not families and any(e.family in _DRAWS_GRAVITY for e in again.diagnosis.effects)
+        return again if again.says_more(found, _MUCH_LESS) and not draws_any else found
 
     def _taken_on(self, problem: Problem, fitted: Fitted) -> Fitted:
         """A fit without effects on another clock."""
