@@ -15,6 +15,7 @@ from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not
 from mmt_drake.diagnosis.decide.confirm import is_confirmed
 from mmt_drake.diagnosis.decide.delivered import agreed, beyond_doubt, outstanding, surely_there
 from mmt_drake.diagnosis.decide.gate import NoiseReference
+from mmt_drake.diagnosis.doubt import is_better, is_doubtful
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.dilution import undiluted
 from mmt_drake.diagnosis.fit.event_times import released
@@ -60,9 +61,6 @@ NEAR = 1.5
 _MINIMUM = "whether there is a better minimum"
 _SHAPE, _NEXT = "the shape of what is left", "what to record next"
 _STAGES = (PARAMETERS, *LEVELS, BEST, _MINIMUM, _SHAPE, _NEXT)
-_DRAWS_GRAVITY = frozenset(("body_force", "contact_stiffness"))
-"""Families of which an effect may be what a wrong moment of gravity leaves: it depends on the position alone."""
-_MUCH_LESS = 0.5
 _AT_BOUND = (
     "Fitted to the recordings, the model's {} ends {:g} times away from what was handed in, or is driven further: the "
     "model is too far from this system, or this recording says nothing of it. Nothing can be said of physics that may "
@@ -167,20 +165,13 @@ class _LawSession(DiagnosisSession):
     def searched(self, problem: Problem, standard: NoiseReference, refit: Fitted) -> Outcome:
         """See `DiagnosisSession.searched`.
 
-        Where nothing is named, or what a wrong moment of gravity would draw, what is given is doubted: all is sought
-        once more, and believed if that leaves much less, or needs fewer effects.
+        Where what is given is doubtful all is sought once more without it.
         """
         found = self._searched(problem, standard, refit)
-        families = {effect.family for effect in found.diagnosis.effects}
-        if self.watch.is_late() or (families and not families & _DRAWS_GRAVITY):
-            return found
-        free = doubted(problem, refit, self.executor)
-        if free is None:
+        if self.watch.is_late() or not is_doubtful(found) or (free := doubted(problem, refit, self.executor)) is None:
             return found
         again = self._searched(problem, standard, self._taken_on(standard.problem, free))
-        # With gravity free as well, two forces of the position draw nearly anything.
-        draws_any = not families and any(e.family in _DRAWS_GRAVITY for e in again.diagnosis.effects)
-        return again if again.says_more(found, _MUCH_LESS) and not draws_any else found
+        return again if is_better(again, found) else found
 
     def _taken_on(self, problem: Problem, fitted: Fitted) -> Fitted:
         """A fit without effects on another clock."""

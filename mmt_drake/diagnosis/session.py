@@ -6,6 +6,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.decide import gate
+from mmt_drake.diagnosis.decide.alike import play_or_friction
 from mmt_drake.diagnosis.decide.budget import BudgetPart, Ruler, budget
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.decide.verdict import Verdict
@@ -88,7 +89,9 @@ class DiagnosisSession(ABC):
 
     def told(self, judgement: Judgement) -> Outcome:
         """The document of a judgement, and what it rests on."""
-        return outcome_of(self.prepared, self.model, judgement)
+        changed = judgement.verdict != "no_mismatch"
+        alike = play_or_friction(judgement.standard.problem, judgement.delivered) if changed else ()
+        return outcome_of(self.prepared, self.model, judgement, alike)
 
     def ruler(self, problem: Problem) -> Ruler:
         """Of the held-out errors of a problem."""

@@ -137,7 +137,7 @@ def test_a_thousandth_of_what_is_to_be_explained_rules_no_name_out(problem, fits
 def telling(*sets: str) -> ConfidenceSet:
     """A confidence set of these sets of effects."""
     members = tuple(named(*names.split()) for names in sets)
-    return ConfidenceSet(members, {f.hypothesis.key: 1.0 for f in members}, frozenset(), {}, stood=members)
+    return ConfidenceSet(members, {f.hypothesis.key: 1.0 for f in members}, members, {})
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ def confirmed(monkeypatch: pytest.MonkeyPatch, heldout: dict[tuple[str, str], fl
     chances[fits[BEST].hypothesis.key], chances[fits[best].hypothesis.key] = 0.5, 1.0
     # Members that share the law, or no more than the family of what is delivered.
     shared = [fits["viscoelastic_relaxation"], fits[BEST], *([fits["hysteresis"]] if depth == "family" else [])]
-    believed = ConfidenceSet(tuple(shared), chances, frozenset(), {})
+    believed = ConfidenceSet(tuple(shared), chances, (), {})
     by_key = {f.hypothesis.key: names for names, f in fits.items()}
 
     def chance(problem: Any, before: Fitted, after: Fitted, tries: int) -> float:
@@ -68,7 +68,7 @@ def test_a_few_held_out_blocks_bear_a_name_out_together_with_all_others(
     monkeypatch: pytest.MonkeyPatch, unseen: float, seen: float, tried: int | None, borne_out: bool
 ) -> None:
     fits = {names: named(*names.split()) for names in CHANCES}
-    believed = ConfidenceSet((fits[BEST],), {f.hypothesis.key: CHANCES[n] for n, f in fits.items()}, frozenset(), {})
+    believed = ConfidenceSet((fits[BEST],), {f.hypothesis.key: CHANCES[n] for n, f in fits.items()}, (), {})
     monkeypatch.setattr(confirm, "chance", lambda *_: unseen)
     monkeypatch.setattr(confirm, "gained_by_chance", lambda *_: seen)
     problem: Any = None  # nobody looks at it

@@ -95,7 +95,7 @@ def test_equals_beside_a_law_leave_that_law_sure_where_they_take_next_to_nothing
     pushed = leaving(10.0, "nonlinear_stiffness", "constant_force")
     uneven = leaving(10.0, "nonlinear_stiffness", "asymmetric_friction")
     chances = {pushed.hypothesis.key: 1.0, uneven.hypothesis.key: 0.9}
-    believed = ConfidenceSet((pushed, uneven), chances, frozenset(chances), {})
+    believed = ConfidenceSet((pushed, uneven), chances, (pushed, uneven), {})
     problem: Any = None
     found, is_sure = agreed(problem, believed, [leaving(100.0), spring, pushed, uneven])
     assert (tuple(sorted(found.hypothesis.names)), is_sure) == (names, sure)
@@ -110,7 +110,7 @@ def test_what_another_explanation_does_without_is_delivered_only_where_it_takes_
     spring = leaving(cost_of_the_spring, "nonlinear_stiffness")
     biased, dragged = (leaving(10.0, "nonlinear_stiffness", name) for name in ("force_bias", "quadratic_drag"))
     chances = {biased.hypothesis.key: 1.0, dragged.hypothesis.key: 0.9}
-    believed = ConfidenceSet((biased, dragged), chances, frozenset(chances), {})
+    believed = ConfidenceSet((biased, dragged), chances, (biased, dragged), {})
     problem: Any = None
     found, is_sure = agreed(problem, believed, [leaving(100.0), spring, biased, dragged])
     assert (tuple(sorted(found.hypothesis.names)), is_sure) == (names, True)

@@ -42,10 +42,10 @@ ALL = (BEST, STRIBECK, BESIDE, DRIFT, FAR, BOUND, ASYMMETRIC, LAG)
 
 def told(fitted: Any, named: Any = BEST) -> str:
     chances = {BEST.key: 1.0, STRIBECK.key: 0.4, BESIDE.key: 0.6, ASYMMETRIC.key: 0.7, DRIFT.key: 1e-9}
-    standing = frozenset({BEST.key, STRIBECK.key, BESIDE.key, ASYMMETRIC.key})
+    stood: Any = (BEST, STRIBECK, BESIDE, ASYMMETRIC)
     unsaid = {ASYMMETRIC.key: frozenset({"asymmetric_friction"})}
     members: Any = (BEST, STRIBECK)
-    believed = ConfidenceSet(members, chances, standing, unsaid)
+    believed = ConfidenceSet(members, chances, stood, unsaid)
     errors = {f.key: 0.02 * f.cost for f in ALL} | {BEST.key: 0.02, LAG.key: 0.01}
     return Reasons(named, 0.1, errors, believed, ALL).of(fitted)
 

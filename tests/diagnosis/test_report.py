@@ -154,7 +154,7 @@ def test_as_many_explanations_are_counted_as_were_tried_and_not_as_are_told(page
 
 
 def test_fitted_numbers_of_what_is_not_explained_are_not_the_system_s_own(pages):
-    said = "Something is missing, so these fit the recordings best"
+    said = "Something is missing. So the numbers that fit best"
     assert said in pages["unexplained"]
     assert said not in pages["parameters"]
 

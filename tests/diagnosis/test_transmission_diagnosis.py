@@ -27,8 +27,8 @@ GEARS = {"ratio": RATIO, "offset": OFFSET, "k": K, "b": B, "m": M, "c": C}
 
 
 @njit
-def geared(time, u, gap, substeps):
-    """Output (n,): two flanks with a spring and a damper, by explicit Euler steps."""
+def geared(time, u, gap, substeps, friction=0.0):
+    """Output (n,): flanks with a spring and a damper, and dry friction, by Euler steps that do not pass standstill."""
     h = (time[1] - time[0]) / substeps
     x, v, found = RATIO * u[0] + OFFSET, 0.0, np.empty_like(u)
     found[0] = x
@@ -37,11 +37,10 @@ def geared(time, u, gap, substeps):
         for j in range(substeps):
             ahead = RATIO * u[i] + rate * h * j + OFFSET - x
             force = -C * v
-            if ahead > 0.5 * gap:
-                force += K * (ahead - 0.5 * gap) + B * (rate - v)
-            elif ahead < -0.5 * gap:
-                force += K * (ahead + 0.5 * gap) + B * (rate - v)
-            v += h * force / M
+            if abs(ahead) > 0.5 * gap:
+                force += K * (ahead - np.sign(ahead) * 0.5 * gap) + B * (rate - v)
+            free = v + h * force / M
+            v = np.sign(free) * max(abs(free) - h * friction / M, 0.0)
             x += h * v
         found[i + 1] = x
     return found
@@ -148,29 +147,10 @@ def test_slow_play_may_as_well_be_friction_and_the_offset_need_not_be_known():
     assert diagnosis.fit.heldout_nrmse.augmented < 2.0 * diagnosis.fit.noise_floor
 
 
-@njit
-def rubbed(time, u, gap, friction, substeps):
-    """`geared` with dry friction that holds the output, by explicit Euler steps that do not overshoot standstill."""
-    h = (time[1] - time[0]) / substeps
-    x, v, found = RATIO * u[0] + OFFSET, 0.0, np.empty_like(u)
-    found[0] = x
-    for i in range(len(u) - 1):
-        rate = RATIO * (u[i + 1] - u[i]) / (time[1] - time[0])
-        for j in range(substeps):
-            ahead = RATIO * u[i] + rate * h * j + OFFSET - x
-            free = v - h * C * v / M
-            if abs(ahead) > 0.5 * gap:
-                free += h * (K * (ahead - np.sign(ahead) * 0.5 * gap) + B * (rate - v)) / M
-            v = np.sign(free) * max(abs(free) - h * friction / M, 0.0)
-            x += h * v
-        found[i + 1] = x
-    return found
-
-
 @pytest.mark.parametrize(("speed", "friction", "told"), [(0.1, 0.3, True), (1.0, 0.02, False)])
 def test_where_the_motion_is_slow_friction_is_said_to_be_perhaps_play(speed, friction, told):
     slow = np.interp(speed * TIME, TIME, INPUT)
-    recording = turned(rubbed(TIME, slow, 0.01, friction, 100), slow)
+    recording = turned(geared(TIME, slow, 0.01, 100, friction), slow)
     model = parse_model({"structure": "transmission", "parameters": {**GEARS, "Fc": friction}})
     prepared = prepare([recording], model)
     assert prepared.fine is not None

@@ -50,7 +50,7 @@ class ConfidenceSet:
     Attributes:
         members: simplest first: by number of effects, then of free numbers, then by what they leave.
         chances: of every explanation that was held against the best, see `by_chance`; 1 for the best.
-        standing: sets of effects (`Hypothesis.key`) that are not ruled out; not all of them are members, see `of`.
+        stood: all fits that are not ruled out; not all of them are members, see `of`.
         unsaid: set of effects -> those of them that must not be named.
         turning: whether the motion goes both ways; where it does not, more names are equal.
         rivals: further fits that stand, and may not be named because a bound made them what they are: no more than the
@@ -58,18 +58,21 @@ class ConfidenceSet:
         drawing: members that hold a simpler one as a special case (`Effect.holds`) and leave next to nothing less than
             it does: they say what that one says, and a little more.
         left: set of effects -> what its fit leaves of what it has not seen, a sum of squares.
-        stood: all fits that are not ruled out, members or not.
     """
 
     members: tuple[Fitted, ...]
     chances: Mapping[frozenset[str], float]
-    standing: frozenset[frozenset[str]]
+    stood: tuple[Fitted, ...]
     unsaid: Mapping[frozenset[str], frozenset[str]]
     turning: bool = True
     rivals: tuple[Fitted, ...] = ()
     drawing: frozenset[frozenset[str]] = frozenset()
     left: Mapping[frozenset[str], float] = field(default_factory=dict)
-    stood: tuple[Fitted, ...] = ()
+
+    @property
+    def standing(self) -> frozenset[frozenset[str]]:
+        """Sets of effects (`Hypothesis.key`) that are not ruled out."""
+        return frozenset(f.hypothesis.key for f in self.stood)
 
     @classmethod
     def of(
@@ -97,11 +100,11 @@ class ConfidenceSet:
         for i in contradicted(problem, fits, chances):
             chances[i], costs[i] = 0.0, math.inf
         found, alike = cls.sifted(fits, costs, chances, unsaid, problem.samples())
-        others = found.standing.difference(f.hypothesis.key for f in found.members)
+        said = {f.hypothesis.key for f in found.members}
         rivals = tuple(
             f
-            for f in fits
-            if f.hypothesis.key in others
+            for f in found.stood
+            if f.hypothesis.key not in said
             and at_bounds(f)
             and not any(m.hypothesis.key < f.hypothesis.key or _is_simpler(m, f) for m in found.members)
         )
@@ -154,10 +157,9 @@ class ConfidenceSet:
         found = cls(
             tuple(fits[i] for i in members),
             {f.hypothesis.key: chance for f, chance in zip(fits, chances, strict=True)},
-            frozenset(fits[i].hypothesis.key for i in standing),
+            tuple(fits[i] for i in standing),
             unsaid,
             left={f.hypothesis.key: cost for f, cost in zip(fits, costs, strict=True)},
-            stood=tuple(fits[i] for i in standing),
         )
         return found, frozenset(f.hypothesis.key for f, near_least in zip(fits, alike, strict=True) if near_least)
 
@@ -182,29 +184,27 @@ class ConfidenceSet:
             return None
         for depth in get_args(Depth):
             against = self.members if depth == "block" else (*self.members, *self.rivals)
-            if self._beside_kin(effect, depth) != depth:
+            if depth == "law" and any(self._takes_more_with_kin(effect, f) for f in self.stood):
                 continue
             if all(has(f, effect, depth) or (depth != "law" and self._draws(f, effect)) for f in against):
                 return depth
         return None
 
-    def _beside_kin(self, effect: Effect, depth: Depth) -> Depth | None:
-        """How deep a name may hold where kin beside it explain more than chance would, be they named or not.
-
-        Kin that take next to nothing of what the effect does draw what has no name, and no third law.
-        """
-        kin = any(self._takes_more_with_kin(effect, fitted) for fitted in self.stood)
-        return "family" if depth == "law" and kin else depth
-
     def _takes_more_with_kin(self, effect: Effect, fitted: Fitted) -> bool:
-        """Whether a fit has an effect beside kin of it, without which less is explained."""
-        if effect not in fitted.hypothesis.effects:
-            return False
+        """Whether a fit has an effect beside kin of it, and explains more by them than chance would.
+
+        The kin need not be named. Those that take next to nothing of what the effect does draw what has no name, and no
+        third law.
+        """
         key, kin = fitted.hypothesis.key, {e.name for e in fitted.hypothesis.effects if is_kin(e, effect)}
         fewer = key - kin
-        named, nothing = self.left.get(fewer, math.nan), self.left.get(fewer - {effect.name}, math.nan)
-        surer = self.chances.get(fewer, 1.0) < min(WELL, self.chances[key])
-        return bool(kin) and surer and not named - self.left.get(key, math.nan) < SLIGHT * (nothing - named)
+        if not kin or effect.name not in key or self.chances.get(fewer, 1.0) >= min(WELL, self.chances[key]):
+            return False
+        beside, named, nothing = (self.left.get(one, math.nan) for one in (key, fewer, fewer - {effect.name}))
+        next_to_nothing = named - beside < SLIGHT * (
+            nothing - named
+        )  # where one was not compared it is not known to be
+        return not next_to_nothing
 
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""

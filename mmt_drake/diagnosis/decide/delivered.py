@@ -102,11 +102,7 @@ def outstanding(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fi
 def beyond_doubt(problem: Problem, best: Fitted, shares: Sequence[BudgetPart], fits: Sequence[Fitted]) -> Fitted:
     """The fit without those much slighter effects of which the told interval holds nothing; itself if there is none.
 
-    Args:
-        problem: what was fitted.
-        best: the fit.
-        shares: its budget.
-        fits: what was held against each other.
+    Arguments as for `outstanding`.
     """
     share, names = _shares(shares), best.hypothesis.names
     greatest = max(share[name] for name in names)

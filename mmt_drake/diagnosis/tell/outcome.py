@@ -1,12 +1,10 @@
 """The outcome of a diagnosis: in fits, and as the document that is written and read."""
 
-import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
 
-from mmt_drake.diagnosis.decide.alike import play_or_friction
+from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.budget import NAMELESS, SHARED, BudgetPart, Ruler
 from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
 from mmt_drake.diagnosis.decide.depth import (
@@ -36,8 +34,6 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import attempt
 from mmt_drake.model.structure import Structure
 
-_AS_LITTLE, _NEARLY = 0.5, 1.25  # of the noise, beyond it; of a variance beyond the noise
-
 
 @dataclass(frozen=True)
 class Outcome:
@@ -66,21 +62,6 @@ class Outcome:
 
     def _repr_html_(self) -> str:
         return self.diagnosis._repr_html_()
-
-    def says_more(self, other: Self, part: float) -> bool:
-        """Whether it names something and explains more than another diagnosis of the same recordings.
-
-        It leaves at most this part of the variance that the other leaves beyond the noise, on held-out data; or as
-        little with fewer of the other's effects.
-        """
-        own, others = self.diagnosis.fit, other.diagnosis.fit
-        if own is None or others is None or self.diagnosis.verdict not in NAMING:
-            return False
-        floor = own.noise_floor or 0.0
-        errors = own.heldout_nrmse.augmented, others.heldout_nrmse.augmented
-        left, before = (math.inf if e is None else max(e**2 - floor**2, 0.0) for e in errors)
-        names, theirs = ({effect.name for effect in d.effects} for d in (self.diagnosis, other.diagnosis))
-        return left <= part * before or (names < theirs and left <= max(_NEARLY * before, (_AS_LITTLE * floor) ** 2))
 
     @property
     def fits(self) -> dict[str, Fitted]:
@@ -147,13 +128,14 @@ class Judgement:
         return self.best if self.learned is None else self.learned.fitted
 
 
-def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Outcome:
+def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement, alike: Sequence[Finding] = ()) -> Outcome:
     """The document of a judgement, its figures simulated, and what it rests on, but for the time it took.
 
     Args:
         prepared: the recordings as they were used.
         model: the model handed in.
         judgement: what was found.
+        alike: what else its numbers may stand for.
     """
     problem, named, delivered = judgement.standard.problem, judgement.named, judgement.delivered
     ruler = Ruler(prepared, problem)
@@ -161,7 +143,6 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement) -> Ou
     nothing = judgement.verdict == "no_mismatch"
     known_to = intervals(problem, delivered)
     wrong = {} if nothing else document.parameters(delivered, known_to)
-    alike = [] if nothing else play_or_friction(problem, delivered)
     models = model, judgement.refit.model, delivered.model
     figures, *further = (document.figures(held, models) for held in ruler.heldout)
     errors = {f.hypothesis.key: _error(ruler, f) for f in ranked}

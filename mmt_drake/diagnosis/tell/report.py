@@ -12,7 +12,7 @@ from mmt_drake.diagnosis.tell.figures_common import COLORS, NAMES, NOISE
 from mmt_drake.diagnosis.tell.first_screen import first_screen, lead
 from mmt_drake.diagnosis.tell.provenance import Provenance
 from mmt_drake.diagnosis.tell.result import TABULATED, Diagnosis, NamedEffect
-from mmt_drake.diagnosis.tell.summary import is_unsettled
+from mmt_drake.diagnosis.tell.summary import NOT_ITS_OWN, is_unsettled
 from mmt_drake.diagnosis.tell.wording import all_words, capitalised, listed, rms_words
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.wording import words
@@ -143,7 +143,7 @@ def _parameters(diagnosis: Diagnosis) -> Iterable[Section]:
     if diagnosis.fit is not None:
         text = "" if table is not None else "No parameter of the structure differs from the value handed in."
         if table is not None and diagnosis.verdict == "unexplained" and not is_unsettled(diagnosis):
-            text = "Something is missing, so these fit the recordings best and need not be the system's own."
+            text = f"Something is missing. {NOT_ITS_OWN}"
         yield Section("Parameters", text, table=table)
     curves = report_tables.curve_table(diagnosis)
     if curves is not None:

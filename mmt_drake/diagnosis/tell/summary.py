@@ -25,6 +25,8 @@ MOST_WARNINGS: Final = 3
 _LEAST_SHARE = 0.005  # of a budget
 _NEARLY_ALL = 0.95  # of a budget: what such a part leaves is counted once more, by itself
 _MOST = 0.5  # of the mismatch beyond the noise
+NOT_ITS_OWN: Final = "So the numbers that fit best need not be the system's own."
+"""Of a refit beside which something is missing that nobody has named."""
 _UNSETTLED: Final = (
     "Other values of the parameters predict held-out data to their noise. Yet it cannot be told which are wrong, nor "
     "whether anything is missing: what they were fitted to leaves a little more."
@@ -91,7 +93,7 @@ def _verdict(d: Diagnosis) -> str:
         else ("no effect of the library was found to explain it.")
     )
     if d.parameters:
-        real += " So the numbers that fit best need not be the system's own."
+        real += f" {NOT_ITS_OWN}"
     others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
     left_out = f"The model leaves out {_listed((e for e in d.effects if e.name != TABULATED), d.verdict)}"
     tables = [f"over the {words(str(e.parameters['of'].value))}" for e in d.effects if e.name == TABULATED]
