@@ -201,10 +201,7 @@ class ConfidenceSet:
         if not kin or effect.name not in key or self.chances.get(fewer, 1.0) >= min(WELL, self.chances[key]):
             return False
         beside, named, nothing = (self.left.get(one, math.nan) for one in (key, fewer, fewer - {effect.name}))
-        next_to_nothing = named - beside < SLIGHT * (
-            nothing - named
-        )  # where one was not compared it is not known to be
-        return not next_to_nothing
+        return not named - beside < SLIGHT * (nothing - named)  # where one was not compared it is not known: NaN
 
     def _draws(self, fitted: Fitted, effect: Effect) -> bool:
         """Whether a member says what an effect says, and a little more, see `drawing`."""
