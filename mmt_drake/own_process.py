@@ -10,12 +10,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
+from threading import Thread
 from typing import Any
 
 from mmt_drake.closing import Closing
 from mmt_drake.errors import MmtError
 
 _READY = "ready"
+_THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"  # which wait for work by keeping a processor busy
 _BEGINS_WITHIN, _ENDS_WITHIN = 300.0, 1.0  # [s], of which most is for what has yet to be compiled
 
 
@@ -29,28 +31,61 @@ class OwnProcess(Closing):
         module: that has a function `serve(handle)`, its main function, which is to use `served`.
         first: what that is given first.
         what: it does, for a message: "the process for its fits".
+        ready: wait until it is; else that is due with `wait_until_ready`, before anything is asked.
 
     Raises:
         MmtError: the process cannot be begun.
     """
 
-    def __init__(self, module: str, first: object, what: str) -> None:
+    def __init__(self, module: str, first: object, what: str, *, ready: bool = True) -> None:
         self._line, there = Pipe()
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        program = [sys.executable, "-c", f"from {module} import serve; serve({there.fileno()})"]
+        paths = os.pathsep.join(filter(None, sys.path))
+        environment = os.environ | {"PYTHONPATH": paths} | dict.fromkeys(_THREADS, "1")
+        # It ends at once: what an interpreter gives back first takes longer than whoever closes it should wait.
+        work = f"import os; from {module} import serve; serve({there.fileno()}); os._exit(0)"
+        program = [sys.executable, "-c", work]
         self.process = subprocess.Popen(program, pass_fds=[there.fileno()], env=environment, stdin=subprocess.DEVNULL)
         there.close()
         self._finalizer = weakref.finalize(self, _end, self._line, self.process)
         self._news = select.poll()  # made once: `Connection.poll` takes as long as the news
         self._news.register(self._line.fileno(), select.POLLIN)
+        self._begins: str | None = what
+        if ready:
+            self._tell(first)
+            self.wait_until_ready()
+        else:  # by a thread: as long as it has not begun nobody reads
+            Thread(target=self._tell, args=(first,), daemon=True).start()
+
+    def is_ready(self) -> bool:
+        """Whether it can be asked, without a wait for that.
+
+        Raises:
+            MmtError: it cannot be begun.
+        """
+        if self._begins is not None and self._news.poll(0):
+            self.wait_until_ready()
+        return self._begins is None
+
+    def wait_until_ready(self) -> None:
+        """Wait until it can be asked.
+
+        Raises:
+            MmtError: it cannot be begun.
+        """
+        if self._begins is None:
+            return
+        what, self._begins = self._begins, None
         try:
-            self._line.send(first)
             told = self._line.recv() if self._line.poll(_BEGINS_WITHIN) else f"nothing in {_BEGINS_WITHIN:g} s"
         except (OSError, EOFError):
             told = "it ended"
         if told != _READY:
             self.close()
             raise MmtError(f"{what} did not begin: {told}")
+
+    def _tell(self, first: object) -> None:
+        with suppress(OSError):  # it has ended, which shows where it is waited for
+            self._line.send(first)
 
     def close(self) -> None:
         """End the process; may be called again."""

@@ -87,7 +87,9 @@ def replayed(measurement: Array, in_contact: Array, own: OwnEstimator) -> Estima
 KINDS: Final[Mapping[type, EstimatorKind]] = {
     RlsOptions: EstimatorKind("rls", lambda options, _: RlsEstimator(options), estimate),
     OutputErrorOptions: EstimatorKind(
-        "output_error", lambda options, site: OutputErrorEstimator(options, worker=site.worker), estimate_output_error
+        "output_error",
+        lambda options, site: OutputErrorEstimator(options, worker=site.worker or site.spread, waits=site.spread),
+        estimate_output_error,
     ),
     OwnEstimator: EstimatorKind("own", lambda options, site: options.made(site.step), replayed),
 }

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.own_parts import Make
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
-from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.stations.station import build_station, worth_spreading
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.files import check_target
 from mmt_drake.recording.mcap_writer import whole_or_none
@@ -42,7 +42,10 @@ def run(
         check_target(record)
     with TemporaryDirectory(prefix="mmt-drake-") as folder:
         native = Path(record) if record is not None and Path(record).suffix == ".mcap" else Path(folder) / "run.mcap"
-        station = build_station(chosen, record=native, operator=hand, estimator=estimator, renderer=renderer)
+        spread = worth_spreading(chosen, seconds)
+        station = build_station(
+            chosen, record=native, operator=hand, spread=spread, estimator=estimator, renderer=renderer
+        )
         assert station.recorder is not None  # it was asked for
         with whole_or_none(station.recorder.file, native):
             station.simulate(seconds)

@@ -138,4 +138,5 @@ class SeveralObjects:
         latency = 0.0 if isinstance(self.cloud, SurfaceCloud) else self.cloud.latency
         offset = latency + 0.5 * site.step  # shortly after a cloud is there
         grips = site.scenario.carrying is not None
-        return SceneTracker(self.table, self.tracking, period=1.0 / self.cloud.rate, offset=offset, grips=grips)
+        rate = self.cloud.rate
+        return SceneTracker(self.table, self.tracking, period=1.0 / rate, offset=offset, grips=grips, apart=site.apart)

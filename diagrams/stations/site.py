@@ -7,12 +7,14 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import System
 
+from mmt_drake.beside import Beside, Later, at_once
+from mmt_drake.closing import Closing
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.stations.hands import Person, repeating
 from mmt_drake.diagrams.stations.nets import shown_first
@@ -29,6 +31,7 @@ from mmt_drake.viewer.viewer import Viewer
 if TYPE_CHECKING:  # a simulation loads no driver
     from mmt_drake.diagrams.stations.devices import Camera, Hand, RemoteArm
 
+T = TypeVar("T")
 _ENDLESS_DURATION = 60.0  # [s] of a run whose operator has no end
 
 
@@ -67,13 +70,16 @@ class Site:
         scenario: what to build.
         operator: replaces the scenario's hand by this recording's motion, placed automatically.
         meshcat: shows the run, and has the sliders of an interactive hand.
-        worker: let an estimator that can do so work beside the clock, for a run in real time.
+        worker: let an estimator that can do so, a simulated camera and what makes out its clouds work beside the clock,
+            for a run in real time.
         devices: in place of what the scenario simulates.
         pace: of the run to come, to be recorded.
         tell: called with a line for a person whenever a device or its supervisor has something new.
         side: of two machines; None: both are here.
         sliders_move_hardware: an arm follows a hand on sliders too, slowly.
+        spread: for a long run by simulated time: let these have processes of their own, too. Numbers are the same.
         parts: name -> system, those built so far.
+        begun: processes, to be closed.
     """
 
     scenario: Scenario
@@ -85,7 +91,17 @@ class Site:
     tell: Callable[[str], None] | None = None
     side: Role | None = None
     sliders_move_hardware: bool = False
+    spread: bool = False
     parts: dict[str, System] = field(default_factory=dict)
+    begun: list[Closing] = field(default_factory=list)
+
+    def apart(self, work: Callable[..., T], prepare: Callable[[], object] | None = None) -> Callable[..., Later[T]]:
+        """How work of a part is done, as `mmt_drake.beside.Apart`."""
+        if not (self.spread or self.worker):
+            return at_once(work, prepare)
+        beside = Beside(work, prepare, ready=self.worker)
+        self.begun.append(beside)
+        return beside.later
 
     @property
     def step(self) -> float:

@@ -1,8 +1,8 @@
 """The one door: a scenario in, a Drake diagram out."""
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Self
@@ -22,6 +22,7 @@ from mmt_drake.diagrams.stations.renderers import OwnRenderer
 from mmt_drake.diagrams.stations.returned import RETURNED, returned
 from mmt_drake.diagrams.stations.scenario import Scenario, loosened, operator_name
 from mmt_drake.diagrams.stations.site import Devices, Site
+from mmt_drake.diagrams.stations.surfaces import SimulatedDepthCamera
 from mmt_drake.diagrams.stations.table import (
     AGES,
     NETS,
@@ -35,12 +36,16 @@ from mmt_drake.diagrams.stations.table import (
 from mmt_drake.errors import BadInput
 from mmt_drake.network.parameters import usual_delay
 from mmt_drake.own_code import own_code_named
+from mmt_drake.processors import processors
 from mmt_drake.realtime import Pace, advance_paced, warm
 from mmt_drake.recording import Recording
 from mmt_drake.recording.two_recordings import DELAY
+from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.network_channel import network_channel
 from mmt_drake.systems.recorder import McapRecorder
 from mmt_drake.viewer.viewer import Viewer
+
+_LONG = 20.0  # [s]: processes take a second or two to begin
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,7 @@ class Station:
         duration: of a run by default [s].
         recorder: writes the recording, if there is one.
         devices: in place of what would simulate them.
+        begun: processes that work for it.
     """
 
     scenario: Scenario
@@ -63,6 +69,7 @@ class Station:
     duration: float
     recorder: McapRecorder | None
     devices: Devices
+    begun: Sequence[Closing] = field(default=(), kw_only=True)
 
     def simulate(
         self, seconds: float | None = None, *, progress: Callable[[float], None] | None = None, pace: Pace | None = None
@@ -97,6 +104,8 @@ class Station:
         return False
 
     def _close_parts(self) -> None:
+        for process in self.begun:
+            process.close()
         for system in self.diagram.GetSystems():
             if isinstance(system, Closing) and system is not self.recorder:
                 system.close()
@@ -119,6 +128,7 @@ def build_station(
     operator: Recording | None = None,
     meshcat: Viewer | None = None,
     worker: bool = False,
+    spread: bool = False,
     devices: Devices = Devices(),
     pace: Pace | None = None,
     tell: Callable[[str], None] | None = None,
@@ -133,7 +143,7 @@ def build_station(
         record: file for the recording, `.mcap`; none is made by default.
         operator: replaces the scenario's hand by this recording's motion, placed automatically.
         meshcat: shows the run, and has the sliders of an interactive hand.
-        worker: let an estimator that can do so work beside the clock, for a run in real time.
+        worker, spread: let what takes long have processes of its own, in real time or by simulated time (`Site`).
         devices: in place of what the scenario simulates: a camera where the scenario names a real one, an arm for
             telerobot and environment; it is moved by a hand on a device alone.
         pace: of the run to come, to be recorded.
@@ -152,12 +162,22 @@ def build_station(
         scenario = replace(scenario, renderer=OwnRenderer.of(renderer))
     if devices.arm is not None and devices.hand is None:
         raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
-    site = Site(scenario, operator, meshcat, worker, devices, pace, tell)
+    site = Site(scenario, operator, meshcat, worker, devices, pace, tell, spread=spread)
     builder = DiagramBuilder()
     recorder = wire(builder, site, build_parts(site), record, command=command)
     diagram = builder.Build()
     diagram.set_name(scenario.name)
-    return Station(scenario, diagram, site.duration, recorder, devices)
+    for system, index in diagram.connection_map():
+        if isinstance(system, LeafSystem):
+            system.take_as_connected(system.get_input_port(int(index)))
+    return Station(scenario, diagram, site.duration, recorder, devices, begun=site.begun)
+
+
+def worth_spreading(scenario: Scenario, seconds: float | None) -> bool:
+    """Whether a run by simulated time is sooner done with processes of its own for what takes long."""
+    long = (scenario.duration or 0.0) if seconds is None else seconds
+    camera = isinstance(getattr(scenario.environment, "cloud", None), SimulatedDepthCamera)
+    return camera and long >= _LONG and processors() > 1
 
 
 def build_parts(site: Site) -> dict[str, System]:

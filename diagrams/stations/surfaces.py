@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydrake.systems.framework import System
@@ -180,17 +181,16 @@ class SimulatedDepthCamera:
         middle, errors = site.person.middle if several is None else (0.0, 0.0), self.camera_errors()
         errors = replace(errors, seed=errors.seed + site.scenario.seed + _CAMERA_SEED)
         intrinsics, where = self.view.intrinsics(), self.view.extrinsics(middle)
+        simulated = partial(simulated_camera, noise=errors, rate=self.rate, latency=self.latency, apart=site.apart)
         if several is not None:
             converted = DepthToCloud(intrinsics, where, self.settings, self.smooth)
-            camera = simulated_camera(
-                where, converted, scene=several.solids(), noise=errors, rate=self.rate, latency=self.latency
-            )
+            camera = simulated(where, converted, scene=several.solids())
             return SeenSurface(Cloud.empty(), camera, self.settings.voxel or 0.0)
         scene = TableScene.of_box(self.size, middle)
         depth = perfect_depth(rendered_scene(intrinsics, where, scene))
         converted = DepthToCloud(intrinsics, where, self.settings, self.smooth)
         seen = untouched(converted, errors, depth, scene.solids[0], site.scenario.detector.r2)
-        camera = simulated_camera(where, converted, scene=scene, noise=errors, rate=self.rate, latency=self.latency)
+        camera = simulated(where, converted, scene=scene)
         return SeenSurface(Cloud.empty(), camera, seen.spacing, seen.roughness, seen.offset)
 
 

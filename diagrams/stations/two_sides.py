@@ -138,7 +138,7 @@ def build_side(
         link.close()
         raise
     diagram.set_name(f"{scenario.name}-{side}")
-    return Side(scenario, diagram, site.duration, recorder, devices, link, wait)
+    return Side(scenario, diagram, site.duration, recorder, devices, link, wait, begun=site.begun)
 
 
 def _crossing(parts: Mapping[str, System], side: Role) -> dict[str, int]:

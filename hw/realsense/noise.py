@@ -162,7 +162,7 @@ def _window(white: Image, width: float) -> Image:
     return smooth
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _measured(
     clean: Image,
     camera: NDArray[np.float64],
@@ -205,13 +205,13 @@ def _measured(
             deviation = sigma[0] + sigma[1] * away * away
             if angle > math.pi / 3.0:
                 deviation += sigma[3] * ratio * ratio / math.sqrt(z)
-            steps = round((z + deviation * axial[v, u]) / unit)
+            steps = int(np.rint((z + deviation * axial[v, u]) / unit))
             if 0 < steps < 65536:
                 depth[v, u] = steps
     return depth
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _at_edge(clean: Image, v: int, u: int) -> bool:
     """Whether the depth bends by more than `_JUMP` here, along a row or a column; a slope, however steep, does not."""
     height, width = clean.shape
@@ -224,7 +224,7 @@ def _at_edge(clean: Image, v: int, u: int) -> bool:
     return bend > _JUMP
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _angle(clean: Image, camera: NDArray[np.float64], v: int, u: int) -> float:
     """Between the ray and the surface's normal [rad], from the differences to the pixels before and after."""
     height, width = clean.shape
@@ -243,7 +243,7 @@ def _angle(clean: Image, camera: NDArray[np.float64], v: int, u: int) -> float:
     return min(math.acos(min(1.0, 1.0 / (ray * math.sqrt(a * a + b * b + c * c)))), _STEEPEST)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _range_around(clean: Image, v: int, u: int) -> tuple[float, float]:
     """Least and greatest depth of the pixel and its eight neighbours [m]."""
     low, high = clean[v, u], clean[v, u]

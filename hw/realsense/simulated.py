@@ -2,6 +2,9 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -27,23 +30,55 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, State
 from pydrake.systems.sensors import CameraInfo, ImageDepth32F, RgbdSensor
 
+from mmt_drake.beside import Apart, Later, at_once
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.camera import declare_camera_ports
-from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
+from mmt_drake.hw.realsense.depth import Converted, DepthImage, DepthToCloud, Image, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, WELL
 from mmt_drake.hw.realsense.noise import DepthNoise
-from mmt_drake.hw.realsense.stream import DepthFrame
 from mmt_drake.hw.realsense.view import BOX, Point, Solid, TableScene
 from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.objects_on_table import OF_A_BODY
 
 _RENDERER = "depth"
-_NO_FRAME = DepthFrame(np.zeros((0, 0), np.uint16), 0.0, -1, 0.0, 0.0)
 _SHAFT = 0.15  # length of the probe [m]
 _TABLE = (1.5, 1.5, 0.05)  # size of the table's top [m]
 _NEAR, _FAR = 0.05, 5.0  # of what is rendered [m]
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedFrame:
+    """What a camera tells where a perfect one sees something.
+
+    Attributes:
+        clean: (height, width) what that sees [m].
+        intrinsics: of both.
+        noise: its errors, which are put on once, when the depth is first asked for.
+        number: of the frame.
+    """
+
+    clean: Image
+    intrinsics: Intrinsics
+    noise: DepthNoise
+    number: int
+
+    @property
+    def unit(self) -> float:
+        """Of depth [m]."""
+        return self.noise.unit
+
+    @cached_property
+    def depth(self) -> DepthImage:
+        """(height, width) in units, 0 without depth."""
+        return self.noise.apply(self.clean, self.intrinsics, self.number)
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+
+_NO_FRAME = SimulatedFrame(np.zeros((0, 0), np.float32), Intrinsics(3, 3, 1.0, 1.0, 1.0, 1.0), DepthNoise(), -1)
 
 
 class SimulatedFrames(LeafSystem):
@@ -60,7 +95,7 @@ class SimulatedFrames(LeafSystem):
     Ports:
 
     - `depth_image` (abstract, `ImageDepth32F`): depth along the optical axis [m].
-    - `frame` (abstract, `DepthFrame`): numbered by the time, in frames since 0; errors are a function of the number.
+    - `frame` (abstract, `SimulatedFrame`): numbered by the time, in frames since 0; errors are a function of that.
 
     Args:
         intrinsics: of the camera.
@@ -80,9 +115,8 @@ class SimulatedFrames(LeafSystem):
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
         t = context.get_time()
-        clean = np.asarray(self._image.Eval(context).data)[..., 0]
-        number = round(t * self._rate)
-        output.set_value(DepthFrame(self._noise.apply(clean, self._intrinsics, number), self._noise.unit, number, t, t))
+        clean = np.array(self._image.Eval(context).data[..., 0])
+        output.set_value(SimulatedFrame(clean, self._intrinsics, self._noise, round(t * self._rate)))
 
 
 class SimulatedDepthCameraSystem(LeafSystem):
@@ -99,7 +133,7 @@ class SimulatedDepthCameraSystem(LeafSystem):
 
     Ports:
 
-    - `frame` (abstract, `DepthFrame`): what the camera sees now.
+    - `frame` (abstract, `SimulatedFrame`): what the camera sees now.
     - `point_cloud` (abstract, `Cloud`): the surface, table frame, stamped with the time of its frame; empty before the
       first.
     - `camera` (3): fault code (0: well, 1: no frame yet), age of the latest frame when its cloud was ready [s], share
@@ -111,44 +145,48 @@ class SimulatedDepthCameraSystem(LeafSystem):
         convert: the camera, where it is taken to be, and the filters.
         rate: frames per second [Hz].
         latency: from the moment a frame shows to its cloud [s]; less than the time between frames.
+        apart: how errors are put on and the cloud is made: in a process of its own, where a run has one.
 
     Raises:
         BadInput: a rate or latency out of its range.
     """
 
-    def __init__(self, convert: DepthToCloud, *, rate: float = 30.0, latency: float = 0.0) -> None:
+    def __init__(
+        self, convert: DepthToCloud, *, rate: float = 30.0, latency: float = 0.0, apart: Apart = at_once
+    ) -> None:
         super().__init__()
         check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)
         if not 0.0 <= latency < 1.0 / rate:
             raise BadInput("simulated camera", at="latency", found=latency, expected=f"0 to below {1.0 / rate:g} s")
-        self._convert, self._latency = convert, latency
+        self._converted, self._latency = apart(_Conversion(convert)), latency
         self._frame = self.DeclareAbstractInputPort("frame", AbstractValue.Make(_NO_FRAME))
         self._cloud, self._camera = declare_camera_ports(self)
-        # What has been taken and is not yet delivered: its cloud, and the share of pixels lost.
-        self._taken = self.DeclareAbstractState(AbstractValue.Make(Cloud.empty()))
-        self._smoothed = self.DeclareAbstractState(AbstractValue.Make(np.zeros((0, 0), np.float32)))
-        self._lost = self.DeclareDiscreteState(1)
+        nothing = Converted(Cloud.empty(), 0.0, None)
+        self._taken = self.DeclareAbstractState(AbstractValue.Make(Later.known(nothing)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, 0.0, self._take)
         if latency > 0.0:
             self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, latency, self._deliver)
 
     def _take(self, context: Context, state: State) -> None:
-        frame = self._frame.Eval(context)
-        before = state.get_mutable_abstract_state(self._smoothed)
-        cloud, lost, image = self._convert(frame.depth, frame.unit, context.get_time(), before.get_value())
-        if image is not None:
-            before.set_value(image)
-        state.get_mutable_abstract_state(self._taken).set_value(cloud)
-        state.get_mutable_discrete_state(self._lost).get_mutable_value()[0] = lost
+        taken = state.get_mutable_abstract_state(self._taken)
+        before: Converted = taken.get_value().value
+        taken.set_value(self._converted(self._frame.Eval(context), context.get_time(), before.image))
         if self._latency == 0.0:
             self._deliver(context, state)
 
     def _deliver(self, context: Context, state: State) -> None:
-        taken = state.get_mutable_abstract_state(self._taken).get_value()
-        lost = state.get_mutable_discrete_state(self._lost).get_mutable_value()[0]
-        fault = WELL if len(taken) else BLIND
-        state.get_mutable_abstract_state(self._cloud).set_value(taken)
-        state.get_mutable_discrete_state(self._camera).get_mutable_value()[:] = fault, self._latency, lost
+        taken: Converted = state.get_mutable_abstract_state(self._taken).get_value().value
+        fault = WELL if len(taken.cloud) else BLIND
+        state.get_mutable_abstract_state(self._cloud).set_value(taken.cloud)
+        state.get_mutable_discrete_state(self._camera).get_mutable_value()[:] = fault, self._latency, taken.lost
+
+
+@dataclass(frozen=True)
+class _Conversion:
+    convert: DepthToCloud
+
+    def __call__(self, frame: SimulatedFrame, t: float, before: Image | None) -> Converted:
+        return self.convert(frame.depth, frame.unit, t, before)
 
 
 class _BodyPoses(LeafSystem):
@@ -260,6 +298,7 @@ def simulated_camera(
     noise: DepthNoise | None = None,
     rate: float = 30.0,
     latency: float = 0.0,
+    apart: Apart = at_once,
 ) -> Diagram:
     """Scene and camera: inputs of `rendered_scene`, outputs `point_cloud`, `camera` of `SimulatedDepthCameraSystem`.
 
@@ -270,11 +309,12 @@ def simulated_camera(
         noise: its errors.
         rate: frames per second [Hz].
         latency: from the moment a frame shows to its cloud [s].
+        apart: see `SimulatedDepthCameraSystem`.
     """
     builder = DiagramBuilder()
     view = builder.AddSystem(rendered_scene(convert.intrinsics, where, scene))
     frames = builder.AddSystem(SimulatedFrames(convert.intrinsics, noise, rate=rate))
-    camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=rate, latency=latency))
+    camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=rate, latency=latency, apart=apart))
     builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
     builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
     for name in _inputs(scene):

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -38,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run a scenario."""
     from mmt_drake.diagrams.stations.hands import Interactive
     from mmt_drake.diagrams.stations.scenario import operator_name
-    from mmt_drake.diagrams.stations.station import build_station
+    from mmt_drake.diagrams.stations.station import build_station, worth_spreading
     from mmt_drake.effects import register_file
 
     for file in arguments.effects:
@@ -64,7 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
         whole = arguments.side is None
         devices = hardware.open_devices(opened, arguments, scenario)
         hand, arm = devices.hand, devices.arm
-        build = build_station if whole else two_sides.builder(arguments)
+        spread = not paced and worth_spreading(scenario, None)
+        build = partial(build_station, spread=spread) if whole else two_sides.builder(arguments)
         with working(f"{scenario.name}: getting ready (a first run compiles for minutes)"):
             station = build(
                 scenario,

@@ -61,6 +61,11 @@ class Cloud:
         self._header = np.array(header)
         self._header.flags.writeable = False
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As another process is told it, where it is another cloud, with a number of its own."""
+        header = self._header.tolist()
+        return _restored, (type(self), self._base, self._normals, header[:SERIAL], header[SERIAL + 1 :], self._stamp)
+
     @classmethod
     def empty(cls, stamp: float = 0.0) -> Self:
         """A cloud without points: nothing has been seen."""
@@ -166,6 +171,18 @@ def _checked_normals(normals: ArrayLike, n: int) -> Array:
         raise BadInput("cloud", at="normals", found="normals that point down", expected="outward ones, up")
     given.flags.writeable = False
     return given
+
+
+def _restored(
+    kind: type[Cloud], base: Array, normals: Array | None, translation: list[float], spacing: list[float], stamp: float
+) -> Cloud:
+    cloud = object.__new__(kind)
+    for kept in (base, normals):
+        if kept is not None:
+            kept.flags.writeable = False
+    cloud._normals, cloud._lowered = normals, {}
+    cloud._fill(base, build_grid(base), (*translation, float(next(_serial_numbers)), *spacing), stamp)
+    return cloud
 
 
 def _vector(translation: ArrayLike) -> tuple[float, float, float]:

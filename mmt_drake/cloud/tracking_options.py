@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from mmt_drake.quantities import Checked, Length, Quantity, Time
+from mmt_drake.quantities import Checked, Delay, Length, Quantity, Time
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class Tracking(Checked):
         hides: distance from the probe in which it may hide an object [m].
         lost_after: an object that should be seen and is not is lost after this time [s].
         taken_after: and taken away after this [s]; one that may be hidden after three times that.
+        latency: from a cloud to what is told of it [s], less than the time between clouds.
 
     Raises:
         BadInput: a value out of range.
@@ -26,5 +27,6 @@ class Tracking(Checked):
     hides: Length = 0.05
     lost_after: Time = 0.15
     taken_after: Time = 1.0
+    latency: Delay = 0.02
 
     CALLED: ClassVar = "tracking"

@@ -90,6 +90,10 @@ class LeafSystem(framework.LeafSystem, metaclass=_OneDict):
             ports.append(port)
         return tuple(ports)
 
+    def take_as_connected(self, port: InputPort) -> None:
+        """Say once, when the diagram is built, that an optional input is connected: it is then no longer asked for."""
+        self._reads[port.get_name()] = port.Eval
+
     def inputs_at(self, context: Context) -> list[Any]:
         """Values of all inputs in their order; None of one that is left out, or not connected."""
         return [read(context) for read in self._reads.values()]

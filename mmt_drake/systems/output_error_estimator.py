@@ -111,16 +111,17 @@ class OutputErrorEstimator(KernelSystem, Closing):
         worker: compute fits in a process of their own, for a run in real time. A fit that is not done in time is handed
             over with the next period; one that fails is left out, and the next samples are tried. The Context then is
             not all there is, and must not be cloned.
+        waits: with `worker`, for a run by simulated time: wait for a fit that is not done in time.
     """
 
-    def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False) -> None:
+    def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False, waits: bool = False) -> None:
         super().__init__()
         chosen = OutputErrorOptions() if options is None else options
         self._settings: LearningSettings = settings(chosen)
         self._learner = learner = Learner(chosen)
         # It begins now: in the run it would take the loop's priority and processor.
-        self.fits = FitProcess(chosen) if worker else None
-        self._begun, self._no_fit, self._retold, self._met = 0.0, False, 0.0, 0
+        self.fits = FitProcess(chosen, waits=waits) if worker else None
+        self._begun, self._no_fit, self._retold, self._met, self._waits = 0.0, False, 0.0, 0, waits
         known = learner.beginning()
         self._told = known.told
         initial = initial_readout(self._settings, known)
@@ -186,14 +187,17 @@ class OutputErrorEstimator(KernelSystem, Closing):
 
     def _take_up(self, beside: FitProcess, context: Context, state: State) -> None:
         """Hand over the fit that is done, if any, and have the next one made."""
+        beside.wait_until_ready()
         failed, t = False, context.get_time()
         if beside.under_way:
             if not beside.is_done():
                 self._no_fit |= t - self._begun > _PATIENCE
                 return
-            told = beside.result()
-            failed = told is None
-            self._told = self._told if told is None else told
+            failed = not self._taken_from(beside)
+        thing, size = self._thing_at(context)
+        if thing not in (0, self._met):
+            self._met = thing
+            failed |= not beside.met(thing, size) or (self._waits and not self._taken_from(beside))
         readout = state.get_mutable_discrete_state().get_mutable_value()
         hand_over(readout, self._told)
         samples, broken = take_samples(readout, self._settings)
@@ -201,11 +205,12 @@ class OutputErrorEstimator(KernelSystem, Closing):
         if (model := self._model_at(context)) is not None and model[MESSAGE_NUMBER] > self._retold:
             self._retold = model[MESSAGE_NUMBER]
             failed |= not beside.retell(model)
-        thing, size = self._thing_at(context)
-        if thing not in (0, self._met):
-            self._met = thing
-            failed |= not beside.met(thing, size)
         self._no_fit = not beside.submit(samples, broken or failed) or failed
+
+    def _taken_from(self, beside: FitProcess) -> bool:
+        told = beside.result()
+        self._told = self._told if told is None else told
+        return told is not None
 
 
 @lru_cache(maxsize=64)

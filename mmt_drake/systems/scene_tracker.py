@@ -4,11 +4,12 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
+from mmt_drake.beside import Apart, Later, at_once
 from mmt_drake.cloud.seen import SeenScene
 from mmt_drake.cloud.segment import load_open3d
 from mmt_drake.cloud.tracking import tracked
 from mmt_drake.cloud.tracking_options import Tracking
-from mmt_drake.errors import check_number
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.model.grasped_box import HOLDS
 from mmt_drake.model.scene_layout import SCENE_SIZE
 from mmt_drake.systems.leaf import LeafSystem
@@ -41,7 +42,8 @@ class SceneTracker(LeafSystem):
       more.
     - `objects` (abstract, `mmt_drake.cloud.seen.SeenScene`): the same, with the points of each.
 
-    Both outputs are states. A cloud that has been seen already is not seen again.
+    Both outputs are states, and tell of a cloud `Tracking.latency` after it was looked at: in the meantime it is made
+    out. A cloud that has been seen already is not seen again.
 
     Args:
         table: height of the table's top in the table frame [m].
@@ -49,9 +51,10 @@ class SceneTracker(LeafSystem):
         period: between clouds [s].
         offset: of the first look [s], after a cloud is there.
         grips: the probe has a grip.
+        apart: how clouds are made out: in a process of its own, where a run has one.
 
     Raises:
-        BadInput: a period that is not positive.
+        BadInput: a period that is not positive, or a latency as long as that.
     """
 
     def __init__(
@@ -62,30 +65,42 @@ class SceneTracker(LeafSystem):
         period: float = 1.0 / 30.0,
         offset: float = 0.0,
         grips: bool = False,
+        apart: Apart = at_once,
     ) -> None:
         super().__init__()
         check_number("tracking", "period", period, least=0.0, open_interval=True)
-        load_open3d()
-        self._table, self._options = table, options or Tracking()
+        chosen = options or Tracking()
+        if chosen.latency >= period:
+            raise BadInput("tracking", at="latency", found=chosen.latency, expected=f"0 to below {period:g} s")
+        self._table, self._options, self._tracked = table, chosen, apart(tracked, load_open3d)
         self.declare_inputs("position", "point_cloud", thing=1 if grips else 0, held=4 if grips else 0)
         self._scene = self.DeclareDiscreteState(SCENE_SIZE)
         self._last = self.DeclareDiscreteState(np.array([-np.inf]))
         self._objects = self.DeclareAbstractState(AbstractValue.Make(SeenScene()))
+        self._looked = self.DeclareAbstractState(AbstractValue.Make(Later.known(SeenScene())))
         self.DeclareStateOutputPort("scene", self._scene)
         self.DeclareStateOutputPort("objects", self._objects)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._look)
+        if chosen.latency > 0.0:
+            self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset + chosen.latency, self._show)
 
     def _look(self, context: Context, state: State) -> None:
         position, cloud, thing, held = self.inputs_at(context)
-        discrete, t = state.get_mutable_discrete_state(), context.get_time()
-        last = discrete.get_mutable_value(self._last)
+        last = state.get_mutable_discrete_state().get_mutable_value(self._last)
         if cloud is None or not np.isfinite(position).all() or cloud.stamp <= last[0]:
             return
         last[0] = cloud.stamp
-        seen: SeenScene = context.get_abstract_state(self._objects).get_value()
-        if len(cloud) == 0 and not seen.things:
+        looked = state.get_mutable_abstract_state(int(self._looked))
+        before: SeenScene = looked.get_value().value
+        if len(cloud) == 0 and not before.things:
             return
         gripped = 0 if held is None or held[0] != HOLDS else int(thing[0])
-        seen = tracked(seen, cloud, np.asarray(position), t, self._table, self._options, gripped)
+        seen = before, cloud, position.copy(), context.get_time(), self._table, self._options, gripped
+        looked.set_value(self._tracked(*seen))
+        if self._options.latency == 0.0:
+            self._show(context, state)
+
+    def _show(self, context: Context, state: State) -> None:
+        seen: SeenScene = state.get_mutable_abstract_state(int(self._looked)).get_value().value
         state.get_mutable_abstract_state(int(self._objects)).set_value(seen)
-        discrete.get_mutable_value(self._scene)[:] = seen.vector(t)
+        state.get_mutable_discrete_state().get_mutable_value(self._scene)[:] = seen.vector(context.get_time())

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,7 +10,7 @@ from typing import Final
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from mmt_drake.analysis.carried import LIFTED, CarriedObject, carried_object
 from mmt_drake.analysis.metrics import FIRST_S
@@ -32,7 +33,7 @@ from mmt_drake.diagrams.proof.studies.study import Reached
 from mmt_drake.diagrams.stations.nets import Nets
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.site import Site
-from mmt_drake.diagrams.stations.station import build_station
+from mmt_drake.diagrams.stations.station import build_station, worth_spreading
 from mmt_drake.model import scene_layout as at
 from mmt_drake.model.scene_layout import SeenState
 from mmt_drake.numeric.arrays import Array
@@ -48,6 +49,7 @@ FOREIGN: Final = (
     "environment.things.roll.object.effects=[]",
 )
 """Set-up 4 on the other simulation, whose objects have no spring or damper to the world and do not stiffen."""
+_SHOWN: Final = {"scene": "scene.scene", "places": "environment.places"}
 _PUSH: Final = 0.055
 """[m]: so far that objects meet."""
 _TOLD_S: Final = 3.0
@@ -122,7 +124,7 @@ def run_case(number: int, plant: str, seed: int) -> SceneCase:
     scenario = load_scenario("setup4", [f"seed={1000 * seed + number}", *(FOREIGN if plant == "foreign" else ())])
     with TemporaryDirectory() as folder:
         file = Path(folder) / "run.mcap"
-        station = build_station(scenario, record=file)
+        station = build_station(scenario, record=file, spread=worth_spreading(scenario, SECONDS))
         began = time.perf_counter()
         station.simulate(SECONDS)
         times = SECONDS / (time.perf_counter() - began)
@@ -184,8 +186,16 @@ def identities(scenario: Scenario, seconds: float) -> tuple[float, float, int, d
     Returns:
         Minutes of objects in view, share of them with the right identity, swaps that were not told, frames by state.
     """
-    site = Site(scenario)
-    several = scenario.several
+    with ExitStack() as begun:
+        site = Site(scenario, spread=worth_spreading(scenario, seconds))
+        diagram = _only_seen(site)
+        for process in site.begun:
+            begun.enter_context(process)
+        return _watched(scenario, diagram, seconds)
+
+
+def _only_seen(site: Site) -> Diagram:
+    several = site.scenario.several
     assert several is not None  # of set-up 4
     names = ("operator", "environment", "camera", "scene")
     systems = site.person.system, several.build(site), site.surface.camera, several.tracker(site)
@@ -200,14 +210,17 @@ def identities(scenario: Scenario, seconds: float) -> tuple[float, float, int, d
         "scene.position": "operator.motion[0:3]",
         "scene.point_cloud": "camera.point_cloud | environment.point_cloud",
     }
-    shown = {"scene": "scene.scene", "places": "environment.places"}
-    Nets(parts).connect(builder, {port: net for port, net in reads.items() if port.split(".")[0] in parts}, shown)
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
+    Nets(parts).connect(builder, {port: net for port, net in reads.items() if port.split(".")[0] in parts}, _SHOWN)
+    return builder.Build()
+
+
+def _watched(scenario: Scenario, diagram: Diagram, seconds: float) -> tuple[float, float, int, dict[str, int]]:
+    several, simulator = scenario.several, Simulator(diagram)
+    assert several is not None  # of set-up 4
     watch, frame = IdentityWatch(len(several.things)), 1.0 / several.cloud.rate
     for k in range(1, round(seconds / frame)):
         simulator.AdvanceTo(k * frame)
-        scene, places = (diagram.GetOutputPort(name).Eval(simulator.get_context()) for name in shown)
+        scene, places = (diagram.GetOutputPort(name).Eval(simulator.get_context()) for name in _SHOWN)
         if k * frame > 1.0:  # the camera has begun
             watch.look(at.rows(scene), places.reshape(-1, 2))
     return watch.frames * frame / 60.0, watch.kept / max(watch.frames, 1), watch.swapped, watch.told

@@ -3,6 +3,7 @@
 What is known stays there. To it go samples, as they are taken, and model messages; back comes what a fit hands over.
 """
 
+import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -20,6 +21,7 @@ from mmt_drake.own_process import OwnProcess, served
 
 _MODEL = 2.0  # in the place of `broken`: a model message, which is not answered
 _MET = 3.0  # an object that the probe is at, likewise
+_GIVES_WAY = 19  # to the run, which waits for a fit a whole period later
 
 
 class FitProcess(OwnProcess):
@@ -30,15 +32,21 @@ class FitProcess(OwnProcess):
 
     Args:
         options: of the estimator.
+        waits: for a run by simulated time, which waits for each fit and for each object that is met, so that its
+            numbers are those of a run without this process. It is not waited for until something is asked.
 
     Raises:
         MmtError: the process cannot be begun.
     """
 
-    def __init__(self, options: OutputErrorOptions) -> None:
-        first = own_files(effect.name for effect in options.effects), options
-        super().__init__(__name__, first, "estimator: the process for its fits")
-        self.under_way = False
+    def __init__(self, options: OutputErrorOptions, *, waits: bool = False) -> None:
+        first = own_files(effect.name for effect in options.effects), options, waits
+        super().__init__(__name__, first, "estimator: the process for its fits", ready=not waits)
+        self.under_way, self._waits = False, waits
+
+    def is_done(self) -> bool:
+        """Whether there is an answer, or the process has ended; with `waits` there will be one."""
+        return self._waits or super().is_done()
 
     def submit(self, samples: Array, broken: bool) -> bool:
         """Ask for a fit with new samples, as of `Learner.learned`; False: the process has ended."""
@@ -50,7 +58,10 @@ class FitProcess(OwnProcess):
         return self.send(np.concatenate([[_MODEL], model]).tobytes())
 
     def met(self, thing: int, size: Sequence[float]) -> bool:
-        """Tell it an object that the probe is at, as of `Learner.met`; False: the process has ended."""
+        """Tell it an object that the probe is at, as of `Learner.met`; False: the process has ended.
+
+        With `waits` what is handed over of that object is the next `result`.
+        """
         return self.send(np.array([_MET, thing, *size]).tobytes())
 
     def result(self) -> Told | None:
@@ -65,8 +76,10 @@ def serve(handle: int) -> None:
     served(handle, _begin, "estimator: a fit")
 
 
-def _begin(first: tuple[list[Path], OutputErrorOptions]) -> Callable[[bytes], bytes | None]:
-    files, options = first
+def _begin(first: tuple[list[Path], OutputErrorOptions, bool]) -> Callable[[bytes], bytes | None]:
+    files, options, waits = first
+    if waits:
+        os.nice(_GIVES_WAY)
     for file in files:
         register_file(file)
     learner = Learner(options)
@@ -78,7 +91,7 @@ def _begin(first: tuple[list[Path], OutputErrorOptions]) -> Callable[[bytes], by
         what, *_ = numbers = np.frombuffer(asked)
         if what == _MET:
             known = learner.met(known, int(numbers[1]), tuple(numbers[2:].tolist()))
-            return None
+            return known.told.vector().tobytes() if waits else None
         if what != _MODEL:
             known = learner.learned(known, numbers[1:].reshape(-1, SAMPLE_SIZE), bool(what))
             return known.told.vector().tobytes()

@@ -1,0 +1,125 @@
+"""Work that other processes do while a simulation goes on: it gives the same numbers, sooner."""
+
+from __future__ import annotations
+
+import os
+import pickle
+from collections.abc import Callable
+from typing import Any, Generic, Protocol, TypeVar
+
+from mmt_drake.own_process import OwnProcess, served
+
+T = TypeVar("T")
+_GIVES_WAY = 10  # to the run, which is what the others wait for: of priority, as of `nice`
+
+
+class Apart(Protocol):
+    """How work is done: `at_once`, or in a process of its own, as by `Beside`."""
+
+    def __call__(self, work: Callable[..., T], prepare: Callable[[], object] | None = None) -> Callable[..., Later[T]]:
+        """What does it later; `prepare` is called before it is done for the first time."""
+
+
+class Later(Generic[T]):
+    """A value that is there, or that somebody computes, for the state of a system that shows it some time later.
+
+    Whoever asks for it waits until it is there, so a run gives the same numbers however long it takes. A copy is the
+    same value.
+
+    Args:
+        compute: waits for it.
+    """
+
+    def __init__(self, compute: Callable[[], T]) -> None:
+        self._compute: Callable[[], T] | None = compute
+        self._value: T
+        self._error: Exception | None = None
+
+    @classmethod
+    def known(cls, value: T) -> Later[T]:
+        """One that is there."""
+        later = cls(lambda: value)
+        later.wait()
+        return later
+
+    def wait(self) -> None:
+        """Wait until it is there, or has failed."""
+        if self._compute is None:
+            return
+        compute, self._compute = self._compute, None
+        try:
+            self._value = compute()
+        except Exception as error:
+            self._error = error
+
+    @property
+    def value(self) -> T:
+        """It; what its computation raised is raised."""
+        self.wait()
+        if self._error is not None:
+            raise self._error
+        return self._value
+
+    def __deepcopy__(self, memo: object) -> Later[T]:
+        return self
+
+
+def at_once(work: Callable[..., T], prepare: Callable[[], object] | None = None) -> Callable[..., Later[T]]:
+    """The same work, done when it is asked for; see `Apart`."""
+    if prepare is not None:
+        prepare()
+    return lambda *given: Later.known(work(*given))
+
+
+class Beside(OwnProcess, Generic[T]):
+    """A process that does one work again and again; it begins when this is made.
+
+    Args:
+        work: what it does; it, what it is given and what it returns can be pickled.
+        prepare: is called first, in both processes.
+        ready: wait until it is ready, for a run in real time.
+
+    Raises:
+        MmtError: of `later`: the process cannot be begun.
+    """
+
+    def __init__(
+        self, work: Callable[..., T], prepare: Callable[[], object] | None = None, *, ready: bool = False
+    ) -> None:
+        super().__init__(__name__, (work, prepare), "the process beside the run", ready=ready)
+        if prepare is not None:
+            prepare()
+        self._work = work
+        self._asked: Later[T] | None = None
+
+    def later(self, *given: Any) -> Later[T]:
+        """Have it done with these; what was asked for before is waited for first.
+
+        As long as the process is not ready it is done here.
+        """
+        if not self.is_ready():
+            return Later.known(self._work(*given))
+        if self._asked is not None:
+            self._asked.wait()
+        self._asked = later = Later(lambda: self._answered(given))
+        self.send(pickle.dumps(given, pickle.HIGHEST_PROTOCOL))
+        return later
+
+    def _answered(self, given: tuple[Any, ...]) -> T:
+        answer = self.answer()
+        # It failed there, or the process is gone: what is wrong shows here.
+        result: T = pickle.loads(answer) if answer else self._work(*given)
+        return result
+
+
+def serve(handle: int) -> None:
+    """Work until the line at a file handle ends: the main function of the process."""
+    served(handle, _begin, "work beside the run")
+
+
+def _begin(first: tuple[Callable[..., object], Callable[[], object] | None]) -> Callable[[bytes], bytes]:
+    work, prepare = first
+    os.nice(_GIVES_WAY)
+    if prepare is not None:
+        prepare()
+    return lambda asked: pickle.dumps(work(*pickle.loads(asked)), pickle.HIGHEST_PROTOCOL)
