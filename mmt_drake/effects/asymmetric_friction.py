@@ -9,7 +9,7 @@ Easily confused with:
 - `coulomb_friction`: alike in strokes one way; strokes both ways tell them apart.
 """
 
-from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Scales, Values, both_ways
+from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter, Ranges, Scales, Values, both_ways
 from mmt_drake.effects.passivity import ALWAYS
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 
@@ -18,6 +18,11 @@ from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
 def _two_levels(at: At, q: Own, p: Numbers) -> Result:
     level = p[0] if at.direction > 0.0 else p[1]
     return level, level, 0.0, 0.0
+
+
+def _holds_both_ways(values: Values, ranges: Ranges) -> bool:
+    """True where it has a level either way, and the body slides either way: with one alone it is a force of its own."""
+    return min(values["Fc_plus"], values["Fc_minus"]) > 0.0 and both_ways("sliding_velocity")(values, ranges)
 
 
 def _starts(scales: Scales) -> list[Values]:
@@ -40,6 +45,6 @@ EFFECT = Effect(
     holds=("coulomb_friction",),  # the same both ways
     equal_to=("coulomb_friction + constant_force",),
     passive=ALWAYS,
-    engages=both_ways("sliding_velocity"),
+    engages=_holds_both_ways,
     starts=_starts,
 )

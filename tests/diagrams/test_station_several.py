@@ -1,13 +1,20 @@
 """A station with several objects."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
 
+from mmt_drake.cloud import Cloud
+from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.diagrams.stations.run import run
 from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
-from mmt_drake.recording import Recording
+from mmt_drake.recording import Recording, load
+from mmt_drake.systems.scene_tracker import SceneTracker
 
 IDEAL = ["environment.cloud={points: 6000, rate: 15}", "environment.cloud.!=SurfaceCloud"]
 NOT_LATE = [f"{way}={{}}" for way in ("to_telerobot", "to_operator")]
@@ -48,3 +55,34 @@ def test_what_a_scenario_says_of_several_objects_is_checked() -> None:
         build_station(load_scenario("setup4", [*IDEAL, "environment.things.sponge.at=[0.0, 0.01]"]))
     with pytest.raises(BadInput, match="one object"):
         _ = load_scenario("setup4").single
+
+
+@pytest.mark.study
+def test_processes_of_its_own_change_nothing_in_a_run_by_simulated_time(tmp_path: Path) -> None:
+    found = []
+    for spread in (False, True):
+        file = tmp_path / f"{spread}.mcap"
+        station = build_station(load_scenario("setup4"), record=file, spread=spread)
+        station.simulate(10.0)
+        assert len(station.begun) == (2 if spread else 0)  # of the camera and of who is who; fits are the estimator's
+        found.append(load(file))
+    for name in found[0].columns:
+        np.testing.assert_array_equal(found[0][name], found[1][name], err_msg=name)
+
+
+def test_what_is_told_of_a_cloud_comes_after_its_latency_and_before_the_next_cloud() -> None:
+    cloud = Cloud(
+        [(x, y, 0.0) for x in np.arange(-0.04, 0.04, 0.002) for y in np.arange(-0.04, 0.04, 0.002)], stamp=0.1
+    )
+    tracker = SceneTracker(-0.05, Tracking(latency=0.02), period=0.1)
+    context = tracker.CreateDefaultContext()
+    tracker.GetInputPort("position").FixValue(context, [0.2, 0.0, 0.1])
+    tracker.GetInputPort("point_cloud").FixValue(context, AbstractValue.Make(cloud))
+    simulator, scene = Simulator(tracker, context), tracker.GetOutputPort("scene")
+    told = []
+    for t in (0.015, 0.025):
+        simulator.AdvanceTo(t)
+        told.append(scene.Eval(context)[0])
+    assert told == [0.0, 1.0]
+    with pytest.raises(BadInput, match=r"latency: found 0\.2"):
+        SceneTracker(-0.05, Tracking(latency=0.2), period=0.1)

@@ -326,7 +326,10 @@ YIELDING = {
 
 @pytest.mark.parametrize("name", [*YIELDING, "asymmetric_friction"])
 def test_what_shows_only_where_motion_turns_does_not_happen_in_a_fall_that_begins_a_little_upwards(name):
-    values, wide = YIELDING.get(name, {}), {"position": (0.0, 0.1), "deflection": (0.0, 0.1)}
+    values, wide = (
+        YIELDING.get(name, {"Fc_plus": 1.0, "Fc_minus": 1.0}),
+        {"position": (0.0, 0.1), "deflection": (0.0, 0.1)},
+    )
     for velocity, turns in (((-1.0, 0.06), True), ((-0.06, 1.0), True), ((-8.0, 0.3), False)):
         assert LIBRARY[name].engages(values, {"sliding_velocity": velocity, **wide}) is turns
 
@@ -360,3 +363,9 @@ def test_hysteresis_of_a_driven_body_is_dry_friction_and_of_a_contact_a_loss_the
     found = [LIBRARY["hysteresis"].within(MODELS[name]) for name in ("flexible_box", "driven_body")]
     assert [(e.family, e.block) for e in found] == [("contact_loss", "contact"), ("dry_friction", "friction")]
     assert LIBRARY["hysteresis"].law is found[1].law
+
+
+def test_asymmetric_friction_has_a_level_either_way() -> None:
+    asymmetric, ranges = LIBRARY["asymmetric_friction"], {"sliding_velocity": (-0.1, 0.1)}
+    assert asymmetric.engages({"Fc_plus": 0.01, "Fc_minus": 1.0}, ranges)
+    assert not asymmetric.engages({"Fc_plus": 0.0, "Fc_minus": 1.0}, ranges)

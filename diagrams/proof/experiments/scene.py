@@ -336,5 +336,6 @@ CASES: Final = DrawnCases(
     heading="Several objects",
     by="By touch",
     judge=judge,
+    one_by_one=True,
 )
 STUDIES: Final = CASES.studies

@@ -44,6 +44,7 @@ class DrawnCases(Generic[Case]):
         heading: on a terminal, above table and sentences.
         by: heading of the table on the page.
         judge: what cases come to, drawn from a seed.
+        one_by_one: a case has use for all processors, and is timed.
     """
 
     name: str
@@ -54,14 +55,15 @@ class DrawnCases(Generic[Case]):
     heading: str
     by: str
     judge: Callable[[Sequence[Case], int], DrawnFindings]
+    one_by_one: bool = False
 
     def run(self, asked: Asked, progress: Progress = unheard) -> list[Case]:
-        """Every case, on several cores; what comes out does not depend on the jobs.
+        """Every case, on several cores unless `one_by_one`; what comes out does not depend on the jobs.
 
         Raises:
             BadInput: fewer than one draw.
         """
-        return results_of(self._tasks(asked), asked.jobs, progress, compile_first=True)
+        return results_of(self._tasks(asked), 1 if self.one_by_one else asked.jobs, progress, compile_first=True)
 
     def report(self, cases: Sequence[Any], seed: int = 0) -> Report:
         """What these cases come to, drawn from this seed."""
