@@ -34,7 +34,7 @@ _WHOLE = 0.002  # [m], and a spacing: of the extents that may be missing where a
 _ROOM = 0.02  # [m] more than its extents: two objects were taken for one
 _STILL = 0.0015  # [m]: noise of a place
 _CALM = 0.1  # weight of a new place of an object that stands still
-_HEIGHT = 0.02  # weight of a new height: it does not change
+_HEIGHT = 0.002  # weight of a new height, in the long run: it does not change
 _LIFTED = 0.006  # [m]: a gripped object is off the table
 _FRAMES = 3  # that a change has to last
 
