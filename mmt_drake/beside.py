@@ -23,15 +23,17 @@ class Apart(Protocol):
 class Later(Generic[T]):
     """A value that is there, or that somebody computes, for the state of a system that shows it some time later.
 
-    Whoever asks for it waits until it is there, so a run gives the same numbers however long it takes. A copy is the
-    same value.
+    Whoever asks for it waits until it is there, so a run gives the same numbers however long it takes; a run in real
+    time asks first whether it is there. A copy is the same value.
 
     Args:
         compute: waits for it.
+        is_done: whether `compute` would not have to wait.
     """
 
-    def __init__(self, compute: Callable[[], T]) -> None:
+    def __init__(self, compute: Callable[[], T], is_done: Callable[[], bool] = lambda: True) -> None:
         self._compute: Callable[[], T] | None = compute
+        self._is_done = is_done
         self._value: T
         self._error: Exception | None = None
 
@@ -41,6 +43,11 @@ class Later(Generic[T]):
         later = cls(lambda: value)
         later.wait()
         return later
+
+    @property
+    def is_there(self) -> bool:
+        """Whether it can be had without waiting."""
+        return self._compute is None or self._is_done()
 
     def wait(self) -> None:
         """Wait until it is there, or has failed."""
@@ -101,7 +108,7 @@ class Beside(OwnProcess, Generic[T]):
             return Later.known(self._work(*given))
         if self._asked is not None:
             self._asked.wait()
-        self._asked = later = Later(lambda: self._answered(given))
+        self._asked = later = Later(lambda: self._answered(given), self.is_done)
         self.send(pickle.dumps(given, pickle.HIGHEST_PROTOCOL))
         return later
 

@@ -138,5 +138,12 @@ class SeveralObjects:
         latency = 0.0 if isinstance(self.cloud, SurfaceCloud) else self.cloud.latency
         offset = latency + 0.5 * site.step  # shortly after a cloud is there
         grips = site.scenario.carrying is not None
-        rate = self.cloud.rate
-        return SceneTracker(self.table, self.tracking, period=1.0 / rate, offset=offset, grips=grips, apart=site.apart)
+        return SceneTracker(
+            self.table,
+            self.tracking,
+            period=1.0 / self.cloud.rate,
+            offset=offset,
+            grips=grips,
+            apart=site.apart,
+            waits=not site.worker,
+        )

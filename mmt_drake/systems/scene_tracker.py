@@ -52,6 +52,8 @@ class SceneTracker(LeafSystem):
         offset: of the first look [s], after a cloud is there.
         grips: the probe has a grip.
         apart: how clouds are made out: in a process of its own, where a run has one.
+        waits: for that; else, in real time, what is not there in time is told a period later, and the clouds in the
+            meantime are passed over.
 
     Raises:
         BadInput: a period that is not positive, or a latency as long as that.
@@ -66,13 +68,15 @@ class SceneTracker(LeafSystem):
         offset: float = 0.0,
         grips: bool = False,
         apart: Apart = at_once,
+        waits: bool = True,
     ) -> None:
         super().__init__()
         check_number("tracking", "period", period, least=0.0, open_interval=True)
         chosen = options or Tracking()
         if chosen.latency >= period:
             raise BadInput("tracking", at="latency", found=chosen.latency, expected=f"0 to below {period:g} s")
-        self._table, self._options, self._tracked = table, chosen, apart(tracked, load_open3d)
+        self._table, self._options, self._waits = table, chosen, waits
+        self._tracked = apart(tracked, load_open3d)
         self.declare_inputs("position", "point_cloud", thing=1 if grips else 0, held=4 if grips else 0)
         self._scene = self.DeclareDiscreteState(SCENE_SIZE)
         self._last = self.DeclareDiscreteState(np.array([-np.inf]))
@@ -85,12 +89,14 @@ class SceneTracker(LeafSystem):
             self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset + chosen.latency, self._show)
 
     def _look(self, context: Context, state: State) -> None:
+        looked = state.get_mutable_abstract_state(int(self._looked))
+        if not (self._waits or looked.get_value().is_there):
+            return
         position, cloud, thing, held = self.inputs_at(context)
         last = state.get_mutable_discrete_state().get_mutable_value(self._last)
         if cloud is None or not np.isfinite(position).all() or cloud.stamp <= last[0]:
             return
         last[0] = cloud.stamp
-        looked = state.get_mutable_abstract_state(int(self._looked))
         before: SeenScene = looked.get_value().value
         if len(cloud) == 0 and not before.things:
             return
@@ -101,6 +107,9 @@ class SceneTracker(LeafSystem):
             self._show(context, state)
 
     def _show(self, context: Context, state: State) -> None:
-        seen: SeenScene = state.get_mutable_abstract_state(int(self._looked)).get_value().value
+        looked: Later[SeenScene] = state.get_mutable_abstract_state(int(self._looked)).get_value()
+        if not (self._waits or looked.is_there):
+            return
+        seen = looked.value
         state.get_mutable_abstract_state(int(self._objects)).set_value(seen)
         state.get_mutable_discrete_state().get_mutable_value(self._scene)[:] = seen.vector(context.get_time())

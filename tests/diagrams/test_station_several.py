@@ -1,12 +1,15 @@
 """A station with several objects."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
+from mmt_drake.beside import Later
 from mmt_drake.cloud import Cloud
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.diagrams.stations.run import run
@@ -16,6 +19,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, load
 from mmt_drake.systems.scene_tracker import SceneTracker
 
+T = TypeVar("T")
 IDEAL = ["environment.cloud={points: 6000, rate: 15}", "environment.cloud.!=SurfaceCloud"]
 NOT_LATE = [f"{way}={{}}" for way in ("to_telerobot", "to_operator")]
 
@@ -74,15 +78,38 @@ def test_what_is_told_of_a_cloud_comes_after_its_latency_and_before_the_next_clo
     cloud = Cloud(
         [(x, y, 0.0) for x in np.arange(-0.04, 0.04, 0.002) for y in np.arange(-0.04, 0.04, 0.002)], stamp=0.1
     )
-    tracker = SceneTracker(-0.05, Tracking(latency=0.02), period=0.1)
-    context = tracker.CreateDefaultContext()
-    tracker.GetInputPort("position").FixValue(context, [0.2, 0.0, 0.1])
-    tracker.GetInputPort("point_cloud").FixValue(context, AbstractValue.Make(cloud))
-    simulator, scene = Simulator(tracker, context), tracker.GetOutputPort("scene")
-    told = []
-    for t in (0.015, 0.025):
-        simulator.AdvanceTo(t)
-        told.append(scene.Eval(context)[0])
-    assert told == [0.0, 1.0]
+    for latency, told in ((0.0, [1.0, 1.0]), (0.02, [0.0, 1.0])):
+        tracker = SceneTracker(-0.05, Tracking(latency=latency), period=0.1)
+        context = tracker.CreateDefaultContext()
+        tracker.GetInputPort("position").FixValue(context, [0.2, 0.0, 0.1])
+        tracker.GetInputPort("point_cloud").FixValue(context, AbstractValue.Make(cloud))
+        simulator, scene, found = Simulator(tracker, context), tracker.GetOutputPort("scene"), []
+        for t in (0.015, 0.025):
+            simulator.AdvanceTo(t)
+            found.append(scene.Eval(context)[0])
+        assert found == told
     with pytest.raises(BadInput, match=r"latency: found 0\.2"):
         SceneTracker(-0.05, Tracking(latency=0.2), period=0.1)
+
+
+def test_in_real_time_nobody_waits_for_what_is_not_there() -> None:
+    asked: list[tuple[Any, ...]] = []
+
+    def never(work: Callable[..., T], prepare: Callable[[], object] | None = None) -> Callable[..., Later[T]]:
+        def later(*given: Any) -> Later[T]:
+            asked.append(given)
+            return Later(lambda: pytest.fail("it waits"), lambda: False)
+
+        return later
+
+    tracker = SceneTracker(-0.05, Tracking(latency=0.02), period=0.1, apart=never, waits=False)
+    context = tracker.CreateDefaultContext()
+    tracker.GetInputPort("position").FixValue(context, [0.2, 0.0, 0.1])
+    clouds = [Cloud([(0.0, 0.0, 0.0)], stamp=stamp) for stamp in (0.1, 0.2)]
+    port = tracker.GetInputPort("point_cloud").FixValue(context, AbstractValue.Make(clouds[0]))
+    simulator = Simulator(tracker, context)
+    simulator.AdvanceTo(0.05)
+    port.GetMutableData().set_value(clouds[1])
+    simulator.AdvanceTo(0.35)
+    assert len(asked) == 1
+    assert not tracker.GetOutputPort("scene").Eval(context).any()
