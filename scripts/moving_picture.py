@@ -41,7 +41,7 @@ def main(moving: Path, still: Path) -> None:
     draw = prepared(recording, scene, chart)
     times = np.arange(*SHOWN, 1.0 / FPS)
     FuncAnimation(figure, draw, frames=times).save(moving, writer=PillowWriter(fps=FPS))
-    smaller(moving)
+    smaller(moving, FPS)
     draw(STILL)
     figure.savefig(still)
 
@@ -123,7 +123,7 @@ def outline(x: float, z: float) -> Array:
     return np.column_stack([r * np.sin(angles), r * np.cos(angles) - radius])
 
 
-def smaller(moving: Path) -> None:
+def smaller(moving: Path, fps: int) -> None:
     """Write it again with one palette for all frames."""
     from PIL import Image, ImageSequence
 
@@ -131,7 +131,7 @@ def smaller(moving: Path) -> None:
         frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(read)]
     palette = frames[len(frames) // 3].quantize(48, dither=Image.Dither.NONE)
     made = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    made[0].save(moving, save_all=True, append_images=made[1:], duration=1000 // FPS, loop=0, optimize=True, disposal=1)
+    made[0].save(moving, save_all=True, append_images=made[1:], duration=1000 // fps, loop=0, optimize=True, disposal=1)
 
 
 if __name__ == "__main__":

@@ -2,12 +2,14 @@
 
 import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 
 from mmt_drake.cloud import Cloud, contact_offset, plane
+from mmt_drake.cloud.cloud import SERIAL
 from mmt_drake.errors import BadInput
 
 POINTS = np.random.default_rng(0).uniform(-0.1, 0.1, (500, 3))
@@ -141,3 +143,14 @@ def test_contact_offset_is_the_mean_height_at_which_a_dropped_sphere_stops(layou
     spots = np.random.default_rng(9).uniform(-0.1, 0.1, (600, 2))
     mean = np.mean([dropped_from_above(cloud.base, spot, 5e-3) for spot in spots])
     assert contact_offset(5e-3, math.sqrt(0.09 / 30_000), noise) == pytest.approx(mean, abs=within)
+
+
+def test_another_process_has_the_same_cloud_by_a_number_of_its_own():
+    cloud = Cloud(POINTS, stamp=1.0, normals=np.tile([0.0, 0.0, 1.0], (len(POINTS), 1))).moved((0.01, 0.0, 0.0), 2.0)
+    there = pickle.loads(pickle.dumps(cloud))
+    np.testing.assert_array_equal(there.points(), cloud.points())
+    np.testing.assert_array_equal(there.normals, cloud.normals)
+    assert (there.stamp, there.spacing) == (2.0, cloud.spacing)
+    assert there.kernel_arrays[3][SERIAL] != cloud.kernel_arrays[3][SERIAL]
+    with pytest.raises(ValueError, match="read-only"):
+        there.base[0] = 1.0
