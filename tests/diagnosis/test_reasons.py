@@ -1,6 +1,6 @@
 """Why an explanation lost is said of that explanation, and not the same of all."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
@@ -46,7 +46,7 @@ def told(fitted: Any, named: Any = BEST) -> str:
     unsaid = {ASYMMETRIC.key: frozenset({"asymmetric_friction"})}
     members: Any = (BEST, STRIBECK)
     believed = ConfidenceSet(members, chances, stood, unsaid)
-    errors = {f.key: 0.02 * f.cost for f in ALL} | {BEST.key: 0.02, LAG.key: 0.01}
+    errors = {f.key: 0.02 * f.cost for f in (*ALL, fitted)} | {BEST.key: 0.02, LAG.key: 0.01}
     return Reasons(named, 0.1, errors, believed, ALL).of(fitted)
 
 
@@ -89,3 +89,10 @@ def test_reasons_differ_from_one_explanation_to_the_next() -> None:
 def test_where_no_name_is_given_each_says_how_little_it_takes_off() -> None:
     assert told(LAG, None).startswith("It leaves 0.1 times the held-out error of the parameters alone")
     assert told(DRIFT, None) == "It predicts held-out data no better than the parameters alone."
+    assert told(STRIBECK, None).endswith("too much to be named. Chance alone would do that once in 2.5 times.")
+
+
+def test_where_no_name_is_given_it_says_what_stood_in_the_way_of_one() -> None:
+    assert "But asymmetric friction must not be named: it may do nothing of its own" in told(ASYMMETRIC, None)
+    behind = replace(DRIFT, cost=2.0)
+    assert "Ruled out: another one, which has no name either, predicts blocks left out better." in told(behind, None)

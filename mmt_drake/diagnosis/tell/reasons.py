@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from mmt_drake.analysis.wording import significant
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
+from mmt_drake.diagnosis.decide.confidence import RULED_OUT, ConfidenceSet
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.problem import Fitted
 from mmt_drake.diagnosis.tell.wording import capitalised, listed
@@ -66,16 +66,22 @@ class Reasons:
         if self.refit is None or own >= self.refit:
             return "It predicts held-out data no better than the parameters alone."
         ratio = significant(own / self.refit, 3)
-        said = f"It leaves {ratio} times the held-out error of the parameters alone: too much to be named."
-        return said if chance is None else f"{said} {_once(chance)}"
+        said = f"It leaves {ratio} times the held-out error of the parameters alone"
+        if self.believed is not None and (unsaid := self.believed.unsaid.get(fitted.hypothesis.key)):
+            return f"{said}. {_must_not(unsaid)}"
+        if chance is None:
+            return f"{said}: too much to be named."
+        if chance < RULED_OUT:
+            ruled_out = "Ruled out: another one, which has no name either, predicts blocks left out better."
+            return f"{said}. {ruled_out} {_once(chance)}"
+        return f"{said}: too much to be named. {_once(chance)}"
 
     def _standing(self, fitted: Fitted, named: Fitted, believed: ConfidenceSet) -> str:
         """Of one that is not ruled out beside the one that is named."""
         extra, lacking = _apart(fitted, named)
         unsaid = believed.unsaid.get(fitted.hypothesis.key, frozenset())
         if unsaid:
-            may = "must not be named: {} may do nothing of {} own, not happen here, or draw what any curve would"
-            return f"But {_many(unsaid, may.format('it', 'its'), may.format('they', 'their'))}."
+            return _must_not(unsaid)
         if not lacking:
             return f"But {_many(extra, 'is', 'are')} not needed beside {_names(named)}: simpler does as well."
         if not extra:
@@ -118,6 +124,12 @@ class Reasons:
 
     def _chance(self, fitted: Fitted) -> float | None:
         return None if self.believed is None else self.believed.chances.get(fitted.hypothesis.key)
+
+
+def _must_not(unsaid: frozenset[str]) -> str:
+    """Why effects have no name."""
+    may = "must not be named: {} may do nothing of {} own, not happen here, or draw what any curve would"
+    return f"But {_many(unsaid, may.format('it', 'its'), may.format('they', 'their'))}."
 
 
 def _apart(fitted: Fitted, named: Fitted) -> tuple[frozenset[str], frozenset[str]]:
