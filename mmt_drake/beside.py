@@ -14,7 +14,7 @@ _GIVES_WAY = 10  # to the run, which is what the others wait for: of priority, a
 
 
 class Apart(Protocol):
-    """How work is done: `at_once`, or in a process of its own, as by `Beside`."""
+    """How work is done: `at_once`, or in a process of its own, as by `WorkProcess`."""
 
     def __call__(self, work: Callable[..., T], prepare: Callable[[], object] | None = None) -> Callable[..., Later[T]]:
         """What does it later; `prepare` is called before it is done for the first time."""
@@ -78,7 +78,7 @@ def at_once(work: Callable[..., T], prepare: Callable[[], object] | None = None)
     return lambda *given: Later.known(work(*given))
 
 
-class Beside(OwnProcess, Generic[T]):
+class WorkProcess(OwnProcess, Generic[T]):
     """A process that does one work again and again; it begins when this is made.
 
     Args:

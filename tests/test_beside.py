@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from mmt_drake.beside import Beside, Later, at_once
+from mmt_drake.beside import Later, WorkProcess, at_once
 from mmt_drake.errors import BadInput
 
 
@@ -19,31 +19,31 @@ def added(a: float, b: float) -> tuple[float, int]:
 
 
 @pytest.fixture
-def beside() -> Iterator[Beside[tuple[float, int]]]:
-    with Beside(added, ready=True) as process:
+def beside() -> Iterator[WorkProcess[tuple[float, int]]]:
+    with WorkProcess(added, ready=True) as process:
         yield process
 
 
-def test_another_process_gives_what_the_work_gives(beside: Beside[tuple[float, int]]) -> None:
+def test_another_process_gives_what_the_work_gives(beside: WorkProcess[tuple[float, int]]) -> None:
     (here, us), (there, other) = at_once(added)(1.0, 2.0).value, beside.later(1.0, 2.0).value
     assert here == there == 3.0
     assert us == os.getpid() != other == beside.process.pid
 
 
-def test_an_answer_waits_until_it_is_asked_for_and_is_kept_by_its_copies(beside: Beside[tuple[float, int]]) -> None:
+def test_an_answer_waits_until_it_is_asked_for_and_its_copies_keep_it(beside: WorkProcess[tuple[float, int]]) -> None:
     laters = [beside.later(float(k), 0.0) for k in range(5)]
     assert [copy.deepcopy(each).value[0] for each in reversed(laters)] == [4.0, 3.0, 2.0, 1.0, 0.0]
     assert copy.deepcopy(laters[0]) is laters[0]
 
 
-def test_work_that_fails_there_fails_where_it_is_asked_for(beside: Beside[tuple[float, int]]) -> None:
+def test_work_that_fails_there_fails_where_it_is_asked_for(beside: WorkProcess[tuple[float, int]]) -> None:
     failing = beside.later(-1.0, 0.0)
     with pytest.raises(BadInput, match="sum: found -1"):
         _ = failing.value
     assert beside.later(1.0, 1.0).value[0] == 2.0
 
 
-def test_the_run_goes_on_where_the_process_is_gone(beside: Beside[tuple[float, int]]) -> None:
+def test_the_run_goes_on_where_the_process_is_gone(beside: WorkProcess[tuple[float, int]]) -> None:
     asked = beside.later(1.0, 1.0).value
     beside.process.send_signal(signal.SIGKILL)
     beside.process.wait()

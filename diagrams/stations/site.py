@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import System
 
-from mmt_drake.beside import Beside, Later, at_once
+from mmt_drake.beside import Later, WorkProcess, at_once
 from mmt_drake.closing import Closing
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.stations.hands import Person, repeating
@@ -99,7 +99,7 @@ class Site:
         """How work of a part is done, as `mmt_drake.beside.Apart`."""
         if not (self.spread or self.worker):
             return at_once(work, prepare)
-        beside = Beside(work, prepare, ready=self.worker)
+        beside = WorkProcess(work, prepare, ready=self.worker)
         self.begun.append(beside)
         return beside.later
 
