@@ -16,6 +16,7 @@ from mmt_drake.estimation.output_error.unknowns import (
     OBJECT,
     SIZE,
     UNKNOWNS,
+    Information,
     Stick,
     prior_information,
     unknowns,
@@ -108,3 +109,15 @@ def test_residuals_that_repeat_each_other_count_as_one(times: int) -> None:
     there = stay(lambda tried: whole.difference(tried, Stick()), x, LOW, HIGH, SIZE)
     fitted = replace(there, residual=noise.ravel())
     assert whole.repeated(fitted) == pytest.approx(times, rel=0.4)
+
+
+def test_where_no_difference_of_two_numbers_could_be_simulated_what_is_known_stands_for_them() -> None:
+    whole, x = reaches(3.0, 9.0)
+    there = stay(lambda tried: whole.residual(tried, Stick()), x, LOW, HIGH, SIZE)
+    lost = there.jacobian.copy()
+    lost[:, :2] = 0.0
+    far = Information.about(x + 0.2 * SIZE, 0.1 * SIZE)
+    covariance = np.diag((0.2 * SIZE) ** 2)
+    found = whole.unexcited_beside(replace(there, jacobian=lost), Stick(), covariance, far)
+    assert np.isfinite(found).all() and (np.diag(found) >= np.diag(covariance)).all()
+    assert (np.diag(found) > np.diag(covariance)).any()

@@ -22,7 +22,7 @@ _LEADS = {
     "quick": "The stations, their kernels, how accurate and repeatable they are, and the live view.",
     "diagnosis": "How long `diagnose` takes on 30 s at 1 kHz with the whole library, and what a cluster makes of it.",
     "pacing": "Set-up 1 at 1 kHz by the wall clock, in turns with a loop that does nothing.",
-    "haptics": "Set-up 1 with an emulated device in the hand at 1 kHz.",
+    "haptics": "Set-ups 1 and 4 with an emulated device in the hand at 1 kHz.",
     "learning": "A learner beside set-up 1: its cost by the wall clock, repetition, energy, silence where nothing is.",
     "arms": "How long `diagnose` takes on a minute of a Panda's joints at 1 kHz.",
 }

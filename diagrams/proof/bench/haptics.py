@@ -1,4 +1,4 @@
-"""Cost of `run setup1 --hardware`, as that command wires it: set-up 1 at 1 kHz on an emulated haptic device."""
+"""Cost of `run setup1 --hardware`, and of set-up 4 wired like that: at 1 kHz on an emulated haptic device."""
 
 import tempfile
 import time
@@ -27,13 +27,15 @@ _CALLS = 5000  # of the vendor's library, of which the median is taken
 _ARMED_AT = 100  # ticks after the start, when a person presses the switch
 # A machine that is busy elsewhere must not end the run.
 _PATIENT = ("operator_device.device=0", "operator_device.watchdog=null")
+_MOTIONS = {"setup1": {"target_z": -0.03}, "setup4": {"target_x": -0.01, "target_z": -0.005}}
+"""Where the hand of each set-up presses: in set-up 4 on the brick, whose scene a simulated camera sees."""
 
 
 def measurements(seconds: float = _SECONDS) -> Iterator[Measurement]:
-    """The vendor's calls by themselves, and ticks of set-up 1 at 1 kHz, on the emulated vendor library.
+    """The vendor's calls by themselves, and ticks of set-ups 1 and 4 at 1 kHz, on the emulated vendor library.
 
     Args:
-        seconds: of the run in real time.
+        seconds: of each run in real time.
 
     Raises:
         MissingDependency: the extra `omega` or a C compiler is not installed.
@@ -41,7 +43,8 @@ def measurements(seconds: float = _SECONDS) -> Iterator[Measurement]:
     with tempfile.TemporaryDirectory(prefix="emulated-") as folder:
         omega = EmulatedOmega(load_emulated(Path(folder)))
         yield Measurement("reading the device and setting its force, median", 1e6 * _calls(omega), "us")
-        yield from _ticks(omega, seconds, Path(folder) / "out.mcap")
+        for name in _MOTIONS:
+            yield from _ticks(omega, name, seconds, Path(folder) / "out.mcap")
 
 
 def _calls(omega: EmulatedOmega) -> float:
@@ -54,18 +57,18 @@ def _calls(omega: EmulatedOmega) -> float:
         return median_seconds(lambda: (device.read(), device.set_force(zero)), _CALLS)
 
 
-def _ticks(omega: EmulatedOmega, seconds: float, record: Path) -> Iterator[Measurement]:
-    scenario = load_scenario("setup1", _PATIENT)
+def _ticks(omega: EmulatedOmega, name: str, seconds: float, record: Path) -> Iterator[Measurement]:
+    scenario = load_scenario(name, _PATIENT)
     omega.reset()
-    omega.set(real_time=1.0, soft_start=1.5, target_z=-0.03, swing_y=0.02, swing_hz=0.5)
-    omega.set(hand_stiffness=1500.0, hand_damping=30.0)
+    omega.set(real_time=1.0, soft_start=1.5, swing_y=0.02, swing_hz=0.5, hand_stiffness=1500.0, hand_damping=30.0)
+    omega.set(**_MOTIONS[name])
     with Hand(scenario.operator_device, scenario.step, supervisor_clock=PatientClock()) as hand:
         pace = _Answers(omega, hand)
         station = build_station(scenario, record=record, worker=True, devices=Devices(hand), pace=pace)
         with real_time_process(ProcessOptions()):
             station.simulate(seconds, pace=pace)
     answered, late = np.array(pace.answered), pace.late_s
-    run = f"set-up 1 on an emulated omega, {len(late)} ticks"
+    run = f"{name} on an emulated omega, {len(late)} ticks"
     armed = load(record).columns["safety_armed"]
     yield Measurement(f"{run}: armed", 100.0 * float(armed.mean()), "%")
     quantiles = (("median", 0.5, None), ("99th percentile", 0.99, _TICKS), ("worst", 1.0, None))

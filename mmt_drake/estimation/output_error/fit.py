@@ -260,11 +260,15 @@ class Objective:
         return max(1.0, float(np.trace(inverse @ (sums.T @ sums)) / np.trace(inverse @ (J.T @ J))))
 
     def inverse(self, jacobian: Array) -> Array:
-        """Of J' J (k, k); where no difference could be simulated, what is known stands for it."""
+        """Of `curvature` (k, k)."""
+        return np.asarray(np.linalg.inv(self.curvature(jacobian)), dtype=np.float64)
+
+    def curvature(self, jacobian: Array) -> Array:
+        """J' J (k, k); where no difference could be simulated, what is known stands for it."""
         normal = jacobian.T @ jacobian
         lost = np.flatnonzero(np.diag(normal) == 0.0)
         normal[lost, lost] = np.diag(self.known.matrix)[lost]
-        return np.asarray(np.linalg.inv(normal), dtype=np.float64)
+        return np.asarray(normal, dtype=np.float64)
 
     def left(self, minimum: Minimum) -> Array:
         """The `difference` (2 n,) where a fit ended [N]."""
@@ -311,8 +315,10 @@ class Objective:
         for j in np.flatnonzero(far):
             moved, others = x.copy(), np.arange(len(x)) != j
             moved[j] = mean[j]
-            J, further = minimum.jacobian[:, others], self.residual(moved, stick) - minimum.residual
+            further = self.residual(moved, stick) - minimum.residual
+            normal, gradient = self.curvature(minimum.jacobian), minimum.jacobian.T @ further
             followed = np.empty(len(x))
-            followed[others], followed[j] = -np.linalg.solve(J.T @ J, J.T @ further), moved[j] - x[j]
+            followed[others] = -np.linalg.solve(normal[np.ix_(others, others)], gradient[others])
+            followed[j] = moved[j] - x[j]
             found += np.outer(followed, followed)
         return found
