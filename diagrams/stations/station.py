@@ -164,7 +164,12 @@ def build_station(
         raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
     site = Site(scenario, operator, meshcat, worker, devices, pace, tell, spread=spread)
     builder = DiagramBuilder()
-    recorder = wire(builder, site, build_parts(site), record, command=command)
+    try:
+        recorder = wire(builder, site, build_parts(site), record, command=command)
+    except BaseException:
+        for process in site.begun:
+            process.close()
+        raise
     diagram = builder.Build()
     diagram.set_name(scenario.name)
     for system, index in diagram.connection_map():

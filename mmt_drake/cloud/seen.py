@@ -30,6 +30,7 @@ class SeenThing:
         seen: when it was seen last [s].
         frames: for how many frames something has been odd.
         looks: how often it was seen apart from others.
+        cut: it may go on beyond the edge of what is seen: what more comes into view is of it.
     """
 
     thing: int
@@ -44,6 +45,7 @@ class SeenThing:
     seen: float
     frames: int = 0
     looks: int = 1
+    cut: bool = False
 
     @property
     def size(self) -> tuple[float, float]:

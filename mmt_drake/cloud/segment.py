@@ -13,7 +13,7 @@ from mmt_drake.numeric.arrays import Array
 _NEAR_TABLE = 0.02  # [m]: points that may be the table's
 _FEWEST_OF_TABLE, _MOST_OF_TABLE = 50, 2000  # points that a plane is sought in
 _FLAT = 0.004  # [m] from the fitted plane: still the plane
-_ABOVE = 0.008  # [m] above the plane: no longer the table
+ABOVE = 0.008  # [m] above the plane: no longer the table
 _LEVEL = 0.7  # least z of a normal: else it is a side, or an edge
 _ROUNDS = 50  # of the search for the plane
 _NEIGHBOURS = 4
@@ -43,8 +43,8 @@ def above_table(points: Array, table: float) -> tuple[Array, float]:
         normal, d = _plane(near)
         if abs(normal[2]) > 0.98:  # level, to 11 deg
             table = float(-(normal[:2] @ near[:, :2].mean(axis=0) + d) / normal[2])
-            return points[(points @ normal + d) / normal[2] > _ABOVE], table
-    return points[points[:, 2] > table + _ABOVE], table
+            return points[(points @ normal + d) / normal[2] > ABOVE], table
+    return points[points[:, 2] > table + ABOVE], table
 
 
 def _plane(points: Array) -> tuple[Array, float]:

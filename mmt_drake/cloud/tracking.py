@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.seen import SeenScene, SeenThing
-from mmt_drake.cloud.segment import above_table, registered, spacing_of, tops
+from mmt_drake.cloud.segment import ABOVE, above_table, registered, spacing_of, tops
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.model.scene_layout import SeenState
 from mmt_drake.numeric.arrays import Array, Flags
@@ -87,6 +87,18 @@ class _Frame:
         if id(cluster) not in self.trees:
             self.trees[id(cluster)] = cKDTree(cluster.across)
         return float(np.mean(self.trees[id(cluster)].query(thing.placed)[0] < 2.0 * self.spacing))
+
+    def cuts(self, cluster: _Cluster) -> bool:
+        """Whether a cluster is so near to where the table is no longer seen that the view may end on it.
+
+        A camera sees less of what is higher: of a top by its height at most, within 45 degrees of straight down.
+        """
+        table = self.points[self.points[:, 2] < self.table + ABOVE, :2]
+        if len(table) < self.options.fewest:
+            return False  # tops alone
+        room = max(cluster.top - self.table, 0.0) + 2.0 * self.spacing
+        inside = (cluster.across > table.min(axis=0) + room) & (cluster.across < table.max(axis=0) - room)
+        return not inside.all()
 
     def bare(self, thing: SeenThing) -> bool:
         """Whether the table is seen where an object was."""
@@ -201,6 +213,11 @@ def _single(frame: _Frame, thing: SeenThing, group: list[_Cluster]) -> tuple[See
     if frame.beneath(thing, whole):
         return thing.now(SeenState.OCCLUDED, frame.t, seen=frame.t), []
     beyond, state = whole.extents - thing.size, SeenState.SEEN if len(group) == 1 else SeenState.SPLIT
+    if thing.cut:
+        if len(group) == 1 and beyond.max() > 0.0:  # it comes into view
+            thing = replace(thing, outline=whole.across - whole.middle, place=whole.middle, frames=0)
+            beyond = np.zeros(2)
+        thing = replace(thing, cut=frame.cuts(whole))
     if beyond.max() > _ROOM:
         if thing.frames < _FRAMES:
             return _at(frame, thing, whole, state, frames=thing.frames + 1), []
@@ -296,6 +313,7 @@ def _with_strangers(
             known=frame.t,
             since=frame.t,
             seen=frame.t,
+            cut=frame.cuts(cluster),
         )
         following += 1
     everything = found | missing

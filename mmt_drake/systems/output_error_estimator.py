@@ -7,7 +7,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
 
 from mmt_drake.closing import Closing
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, MmtError
 from mmt_drake.estimation.output_error.beside import FitProcess
 from mmt_drake.estimation.output_error.gate import drop_laws, hand_over, initial_readout, settings, take_samples, tick
 from mmt_drake.estimation.output_error.knowledge import Knowledge
@@ -111,7 +111,8 @@ class OutputErrorEstimator(KernelSystem, Closing):
         worker: compute fits in a process of their own, for a run in real time. A fit that is not done in time is handed
             over with the next period; one that fails is left out, and the next samples are tried. The Context then is
             not all there is, and must not be cloned.
-        waits: with `worker`, for a run by simulated time: wait for a fit that is not done in time.
+        waits: with `worker`, for a run by simulated time: wait for a fit that is not done in time. One that fails ends
+            the run with an `MmtError`.
     """
 
     def __init__(self, options: OutputErrorOptions | None = None, *, worker: bool = False, waits: bool = False) -> None:
@@ -209,6 +210,8 @@ class OutputErrorEstimator(KernelSystem, Closing):
 
     def _taken_from(self, beside: FitProcess) -> bool:
         told = beside.result()
+        if told is None and self._waits:
+            raise MmtError("estimator: a fit failed, or the process for its fits has ended")
         self._told = self._told if told is None else told
         return told is not None
 

@@ -69,7 +69,8 @@ def _read(
 @njit(cache=True)
 def _put(now: Array, z: float, out: Array) -> None:
     out[_CONTACT] = 1.0 if now[_HELD] != 0.0 else 0.0
-    now[_LAST], now[_BEGUN] = z, 1.0
+    if not math.isnan(z):  # where nobody knows the tip is where it was
+        now[_LAST], now[_BEGUN] = z, 1.0
     assign(out[_FACET:_HEIGHT], now[_PLANE:_TALL])
     out[_HEIGHT] = now[_TALL]
 

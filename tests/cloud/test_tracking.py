@@ -205,3 +205,17 @@ def test_what_a_grip_carries_goes_with_the_tip_and_is_seen_again_where_it_is_put
     assert (down.thing, down.state) == (sponge, SeenState.SEEN) and down.top == pytest.approx(TABLE + 0.04, abs=2e-3)
     assert film.at((0.0, 0.0)).thing == brick and len(film.scene.things) == 2
     assert film.states[brick] <= {SeenState.NEW, SeenState.SEEN, SeenState.OCCLUDED}
+
+
+@pytest.mark.parametrize("speed", [0.03, 0.09, 0.3])
+def test_one_that_comes_in_from_beyond_the_view_is_one_and_as_large_as_it_is(speed: float) -> None:
+    film, x = Film(), 0.31
+    film.show({"brick": (-0.1, 0.0)}, 5)
+    while x > 0.12:
+        x -= speed * STEP
+        film.show({"brick": (-0.1, 0.0), "sponge": (x, 0.05)})
+    film.show({"brick": (-0.1, 0.0), "sponge": (x, 0.05)}, 30)
+    here = [thing for thing in film.scene.things if at.is_there(float(thing.state))]
+    assert [thing.thing for thing in here] == [1, 2]
+    np.testing.assert_allclose(here[1].place, (x, 0.05), atol=0.005)
+    np.testing.assert_allclose(here[1].size, SIZES["sponge"][:2], atol=0.01)

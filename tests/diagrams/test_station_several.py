@@ -57,6 +57,8 @@ def test_what_a_scenario_says_of_several_objects_is_checked() -> None:
         load_scenario("setup4", ["environment.things.sponge.object.effects=[{name: none_such}]"])
     with pytest.raises(BadInput, match="in one place"):
         build_station(load_scenario("setup4", [*IDEAL, "environment.things.sponge.at=[0.0, 0.01]"]))
+    with pytest.raises(BadInput, match=r"environment\.tracking\.latency: found 1"):
+        load_scenario("setup4", ["environment.tracking.latency=1.0"])
     with pytest.raises(BadInput, match="one object"):
         _ = load_scenario("setup4").single
 

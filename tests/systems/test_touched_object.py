@@ -114,3 +114,9 @@ def test_what_a_closed_grip_holds_stays_the_same_over_others_until_it_is_lost_or
     assert told[4:7] == [(0, 1), (0, 1), (1, 1)]
     assert told[7:11] == [(1, 1), (0, 0), (0, 2), (1, 2)]
     assert told[11:] == [(1, 2), (0, 2), (0, 1), (1, 1)]
+
+
+def test_a_tick_in_which_nobody_knows_where_the_tip_is_loses_no_touch() -> None:
+    finger = Finger(scene((0.0, 0.0, 0.0)))
+    heights = 0.001, math.nan, -0.001, math.nan, -0.002
+    assert [finger.put(0.0, 0.0, z)[0] for z in heights] == [0.0, 0.0, 1.0, 1.0, 1.0]
