@@ -44,7 +44,7 @@ TRIALS = {
 }
 """Trials that have a page, each of a seed that nobody had looked at, and the command of it."""
 _WRITTEN = "Written by the command above"
-COUNTS = {"adequacy": 5, "late": 2, "fit": 20, "learning": 5}
+COUNTS = {"adequacy": 5, "late": 2, "fit": 20, "learning": 5, "scene": 10}
 """Cases, where a page has another number than the experiment by itself."""
 
 
