@@ -126,9 +126,9 @@ def test_fits_are_made_beside_the_clock_in_real_time_and_only_then(
 ):
     made, init = [], OutputErrorEstimator.__init__
 
-    def watched(self: OutputErrorEstimator, chosen: OutputErrorOptions, *, worker: bool = False) -> None:
+    def watched(self: OutputErrorEstimator, chosen: OutputErrorOptions, *, worker: bool, waits: bool) -> None:
         made.append(worker)
-        init(self, chosen, worker=worker)
+        init(self, chosen, worker=worker, waits=waits)
 
     monkeypatch.setattr(OutputErrorEstimator, "__init__", watched)
     assert program("run", "setup1-free-running", "--seconds", "0.5", *options, "--json").status == 0
