@@ -181,7 +181,14 @@ class SimulatedDepthCamera:
         middle, errors = site.person.middle if several is None else (0.0, 0.0), self.camera_errors()
         errors = replace(errors, seed=errors.seed + site.scenario.seed + _CAMERA_SEED)
         intrinsics, where = self.view.intrinsics(), self.view.extrinsics(middle)
-        simulated = partial(simulated_camera, noise=errors, rate=self.rate, latency=self.latency, apart=site.apart)
+        simulated = partial(
+            simulated_camera,
+            noise=errors,
+            rate=self.rate,
+            latency=self.latency,
+            apart=site.apart,
+            waits=not site.worker,
+        )
         if several is not None:
             converted = DepthToCloud(intrinsics, where, self.settings, self.smooth)
             camera = simulated(where, converted, scene=several.solids())

@@ -146,19 +146,27 @@ class SimulatedDepthCameraSystem(LeafSystem):
         rate: frames per second [Hz].
         latency: from the moment a frame shows to its cloud [s]; less than the time between frames.
         apart: how errors are put on and the cloud is made: in a process of its own, where a run has one.
+        waits: for that; else, in real time, a cloud that is not there in time is shown a frame later, and the frames in
+            the meantime are passed over.
 
     Raises:
         BadInput: a rate or latency out of its range.
     """
 
     def __init__(
-        self, convert: DepthToCloud, *, rate: float = 30.0, latency: float = 0.0, apart: Apart = at_once
+        self,
+        convert: DepthToCloud,
+        *,
+        rate: float = 30.0,
+        latency: float = 0.0,
+        apart: Apart = at_once,
+        waits: bool = True,
     ) -> None:
         super().__init__()
         check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)
         if not 0.0 <= latency < 1.0 / rate:
             raise BadInput("simulated camera", at="latency", found=latency, expected=f"0 to below {1.0 / rate:g} s")
-        self._converted, self._latency = apart(_Conversion(convert)), latency
+        self._converted, self._latency, self._waits = apart(_Conversion(convert)), latency, waits
         self._frame = self.DeclareAbstractInputPort("frame", AbstractValue.Make(_NO_FRAME))
         self._cloud, self._camera = declare_camera_ports(self)
         nothing = Converted(Cloud.empty(), 0.0, None)
@@ -169,13 +177,18 @@ class SimulatedDepthCameraSystem(LeafSystem):
 
     def _take(self, context: Context, state: State) -> None:
         taken = state.get_mutable_abstract_state(self._taken)
+        if not (self._waits or taken.get_value().is_there):
+            return
         before: Converted = taken.get_value().value
         taken.set_value(self._converted(self._frame.Eval(context), context.get_time(), before.image))
         if self._latency == 0.0:
             self._deliver(context, state)
 
     def _deliver(self, context: Context, state: State) -> None:
-        taken: Converted = state.get_mutable_abstract_state(self._taken).get_value().value
+        later: Later[Converted] = state.get_mutable_abstract_state(self._taken).get_value()
+        if not (self._waits or later.is_there):
+            return
+        taken = later.value
         fault = WELL if len(taken.cloud) else BLIND
         state.get_mutable_abstract_state(self._cloud).set_value(taken.cloud)
         state.get_mutable_discrete_state(self._camera).get_mutable_value()[:] = fault, self._latency, taken.lost
@@ -299,6 +312,7 @@ def simulated_camera(
     rate: float = 30.0,
     latency: float = 0.0,
     apart: Apart = at_once,
+    waits: bool = True,
 ) -> Diagram:
     """Scene and camera: inputs of `rendered_scene`, outputs `point_cloud`, `camera` of `SimulatedDepthCameraSystem`.
 
@@ -309,12 +323,14 @@ def simulated_camera(
         noise: its errors.
         rate: frames per second [Hz].
         latency: from the moment a frame shows to its cloud [s].
-        apart: see `SimulatedDepthCameraSystem`.
+        apart, waits: see `SimulatedDepthCameraSystem`.
     """
     builder = DiagramBuilder()
     view = builder.AddSystem(rendered_scene(convert.intrinsics, where, scene))
     frames = builder.AddSystem(SimulatedFrames(convert.intrinsics, noise, rate=rate))
-    camera = builder.AddSystem(SimulatedDepthCameraSystem(convert, rate=rate, latency=latency, apart=apart))
+    camera = builder.AddSystem(
+        SimulatedDepthCameraSystem(convert, rate=rate, latency=latency, apart=apart, waits=waits)
+    )
     builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
     builder.Connect(frames.GetOutputPort("frame"), camera.GetInputPort("frame"))
     for name in _inputs(scene):
