@@ -1,6 +1,7 @@
 """A base for what is closed at the end of a `with`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from typing import Self
 
 
@@ -20,3 +21,10 @@ class Closing:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def close_all(things: Iterable[Closing]) -> None:
+    """Close each, from the last to the first, whatever becomes of one of them."""
+    with ExitStack() as closing:
+        for thing in things:
+            closing.callback(thing.close)

@@ -80,9 +80,7 @@ class SeveralObjects:
         if isinstance(self.cloud, SurfaceCloud) and self.cloud.file is not None:
             expected = "null: the tops of the objects are what is seen"
             raise BadInput("environment", at="cloud.file", found=self.cloud.file, expected=expected)
-        if self.tracking.latency >= 1.0 / self.cloud.rate:
-            expected = f"less than {1.0 / self.cloud.rate:g} s, the time between clouds"
-            raise BadInput("environment", at="tracking.latency", found=self.tracking.latency, expected=expected)
+        self.tracking.refuse_period(1.0 / self.cloud.rate, "environment", "tracking.latency")
         if self.laws == "foreign":
             self._check_foreign()
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import System
 
 from mmt_drake.beside import Later, WorkProcess, at_once
-from mmt_drake.closing import Closing
+from mmt_drake.closing import Closing, close_all
 from mmt_drake.cloud import ProxySettings
 from mmt_drake.diagrams.stations.hands import Person, repeating
 from mmt_drake.diagrams.stations.nets import shown_first
@@ -102,6 +102,10 @@ class Site:
         beside = WorkProcess(work, prepare, ready=self.worker)
         self.begun.append(beside)
         return beside.later
+
+    def close(self) -> None:
+        """End the processes that were begun; of a station that was built it does so itself."""
+        close_all(self.begun)
 
     @property
     def step(self) -> float:

@@ -13,7 +13,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from mmt_drake import __version__
 from mmt_drake.ceilings import Option, loosened_constants
-from mmt_drake.closing import Closing
+from mmt_drake.closing import Closing, close_all
 from mmt_drake.diagrams.stations.estimators import OwnEstimator
 from mmt_drake.diagrams.stations.nets import Nets, Tap, shown_first
 from mmt_drake.diagrams.stations.own_parts import Make
@@ -104,8 +104,7 @@ class Station:
         return False
 
     def _close_parts(self) -> None:
-        for process in self.begun:
-            process.close()
+        close_all(self.begun)
         for system in self.diagram.GetSystems():
             if isinstance(system, Closing) and system is not self.recorder:
                 system.close()
@@ -164,18 +163,22 @@ def build_station(
         raise BadInput(scenario.name, found="an arm", expected="a hand on a device to move it, with its switches")
     site = Site(scenario, operator, meshcat, worker, devices, pace, tell, spread=spread)
     builder = DiagramBuilder()
-    try:
+    with ExitStack() as refused:
+        refused.callback(site.close)
         recorder = wire(builder, site, build_parts(site), record, command=command)
-    except BaseException:
-        for process in site.begun:
-            process.close()
-        raise
+        diagram = built(builder, scenario.name)
+        refused.pop_all()
+    return Station(scenario, diagram, site.duration, recorder, devices, begun=site.begun)
+
+
+def built(builder: DiagramBuilder, name: str) -> Diagram:
+    """The diagram of a station, whose parts know what they are connected to."""
     diagram = builder.Build()
-    diagram.set_name(scenario.name)
+    diagram.set_name(name)
     for system, index in diagram.connection_map():
         if isinstance(system, LeafSystem):
             system.take_as_connected(system.get_input_port(int(index)))
-    return Station(scenario, diagram, site.duration, recorder, devices, begun=site.begun)
+    return diagram
 
 
 def worth_spreading(scenario: Scenario, seconds: float | None) -> bool:

@@ -5,6 +5,7 @@ stays where its packets are sent, before the real one.
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from mmt_drake.diagrams.stations.nets import Tap
 from mmt_drake.diagrams.stations.returned import RETURNED, Returned, returned
 from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.diagrams.stations.site import Devices, Site
-from mmt_drake.diagrams.stations.station import Station, build_parts, wire
+from mmt_drake.diagrams.stations.station import Station, build_parts, built, wire
 from mmt_drake.diagrams.stations.table import PARTS
 from mmt_drake.hw.link.link import Link
 from mmt_drake.hw.link.options import OPERATOR, TELEROBOT, LinkSignal, Role
@@ -110,11 +111,13 @@ def build_side(
         BadInput: as `build_station`.
     """
     site = Site(scenario, operator, meshcat, worker, devices, pace, tell, side, sliders_move_hardware)
-    everything = build_parts(site)
     other = TELEROBOT if side == OPERATOR else OPERATOR
-    signals = _signals(site)
-    link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
-    try:
+    with ExitStack() as refused:
+        refused.callback(site.close)
+        everything = build_parts(site)
+        signals = _signals(site)
+        link = open_link(side, signals, f"{scenario.name}, step {scenario.step:g} s")
+        refused.callback(link.close)
         builder = DiagramBuilder()
         end = LinkEnd(link, signals[side], signals[other], scenario.step, aged=devices.hand is not None)
         parts: dict[str, System] = {"link": end}
@@ -133,11 +136,8 @@ def build_side(
                 reads["clouds.sent"] = f"{_CLOUDS}.received"
         looser = looser_options(link.options, "link") + (SLIDERS_MOVE_HARDWARE,) * sliders_move_hardware
         recorder = wire(builder, site, parts, record, over=over, reads=reads, looser_link=looser, command=command)
-        diagram = builder.Build()
-    except BaseException:
-        link.close()
-        raise
-    diagram.set_name(f"{scenario.name}-{side}")
+        diagram = built(builder, f"{scenario.name}-{side}")
+        refused.pop_all()
     return Side(scenario, diagram, site.duration, recorder, devices, link, wait, begun=site.begun)
 
 

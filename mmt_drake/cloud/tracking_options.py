@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+from mmt_drake.errors import BadInput
 from mmt_drake.quantities import Checked, Delay, Length, Quantity, Time
 
 
@@ -30,3 +31,14 @@ class Tracking(Checked):
     latency: Delay = 0.02
 
     CALLED: ClassVar = "tracking"
+
+    def refuse_period(self, period: float, what: str = "tracking", at: str = "latency") -> None:
+        """Refuse clouds that come so often [s]: what is told of one must be there before the next.
+
+        Raises:
+            BadInput: of `at` in `what`: the latency is as long as that.
+        """
+        if self.latency >= period:
+            raise BadInput(
+                what, at=at, found=self.latency, expected=f"0 to below {period:g} s, the time between clouds"
+            )

@@ -9,7 +9,7 @@ from mmt_drake.cloud.seen import SeenScene
 from mmt_drake.cloud.segment import load_open3d
 from mmt_drake.cloud.tracking import tracked
 from mmt_drake.cloud.tracking_options import Tracking
-from mmt_drake.errors import BadInput, check_number
+from mmt_drake.errors import check_number
 from mmt_drake.model.grasped_box import HOLDS
 from mmt_drake.model.scene_layout import SCENE_SIZE
 from mmt_drake.systems.leaf import LeafSystem
@@ -73,8 +73,7 @@ class SceneTracker(LeafSystem):
         super().__init__()
         check_number("tracking", "period", period, least=0.0, open_interval=True)
         chosen = options or Tracking()
-        if chosen.latency >= period:
-            raise BadInput("tracking", at="latency", found=chosen.latency, expected=f"0 to below {period:g} s")
+        chosen.refuse_period(period)
         self._table, self._options, self._waits = table, chosen, waits
         self._tracked = apart(tracked, load_open3d)
         self.declare_inputs("position", "point_cloud", thing=1 if grips else 0, held=4 if grips else 0)

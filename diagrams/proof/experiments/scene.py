@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -186,12 +186,8 @@ def identities(scenario: Scenario, seconds: float) -> tuple[float, float, int, d
     Returns:
         Minutes of objects in view, share of them with the right identity, swaps that were not told, frames by state.
     """
-    with ExitStack() as begun:
-        site = Site(scenario, spread=worth_spreading(scenario, seconds))
-        diagram = _only_seen(site)
-        for process in site.begun:
-            begun.enter_context(process)
-        return _watched(scenario, diagram, seconds)
+    with closing(Site(scenario, spread=worth_spreading(scenario, seconds))) as site:
+        return _watched(scenario, _only_seen(site), seconds)
 
 
 def _only_seen(site: Site) -> Diagram:
