@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 from collections.abc import Callable
 from typing import Any, Generic, Protocol, TypeVar
 
-from mmt_drake.own_process import OwnProcess, served
+from mmt_drake.own_process import OwnProcess, give_way, served
 
 T = TypeVar("T")
-_GIVES_WAY = 10  # to the run, which is what the others wait for: of priority, as of `nice`
 
 
 class Apart(Protocol):
@@ -84,7 +82,7 @@ class WorkProcess(OwnProcess, Generic[T]):
     Args:
         work: what it does; it, what it is given and what it returns can be pickled.
         prepare: is called first, in both processes.
-        ready: wait until it is ready, for a run in real time.
+        ready: wait until it is ready, for a run in real time; it then never keeps the loop from a processor.
 
     Raises:
         MmtError: of `later`: the process cannot be begun.
@@ -93,7 +91,7 @@ class WorkProcess(OwnProcess, Generic[T]):
     def __init__(
         self, work: Callable[..., T], prepare: Callable[[], object] | None = None, *, ready: bool = False
     ) -> None:
-        super().__init__(__name__, (work, prepare), "the process beside the run", ready=ready)
+        super().__init__(__name__, (work, prepare, ready), "the process beside the run", ready=ready)
         if prepare is not None:
             prepare()
         self._work = work
@@ -124,9 +122,9 @@ def serve(handle: int) -> None:
     served(handle, _begin, "work beside the run")
 
 
-def _begin(first: tuple[Callable[..., object], Callable[[], object] | None]) -> Callable[[bytes], bytes]:
-    work, prepare = first
-    os.nice(_GIVES_WAY)
+def _begin(first: tuple[Callable[..., object], Callable[[], object] | None, bool]) -> Callable[[bytes], bytes]:
+    work, prepare, in_real_time = first
     if prepare is not None:
         prepare()
+    give_way(idle=in_real_time)
     return lambda asked: pickle.dumps(work(*pickle.loads(asked)), pickle.HIGHEST_PROTOCOL)

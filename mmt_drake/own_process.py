@@ -18,6 +18,7 @@ from mmt_drake.errors import MmtError
 
 _READY = "ready"
 _THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"  # which wait for work by keeping a processor busy
+_GIVES_WAY = 10  # to the loop, which is what the others wait for: of priority, as of `nice`
 _BEGINS_WITHIN, _ENDS_WITHIN = 300.0, 1.0  # [s], of which most is for what has yet to be compiled
 
 
@@ -119,6 +120,18 @@ def _end(line: Connection, process: subprocess.Popen[bytes]) -> None:
     except subprocess.TimeoutExpired:  # in long work
         process.kill()
         process.wait()
+
+
+def give_way(nice: int = _GIVES_WAY, *, idle: bool = False) -> None:
+    """Lower the priority of this process.
+
+    Args:
+        nice: by so much, as of `nice`.
+        idle: it works only when all others leave time for it, and never keeps one that wakes up waiting; on Linux.
+    """
+    os.nice(nice)
+    if idle and hasattr(os, "SCHED_IDLE"):
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 
 
 def served(handle: int, begin: Callable[[Any], Callable[[bytes], bytes | None]], what: str) -> None:

@@ -168,7 +168,8 @@ class SimulatedDepthCamera:
             BadInput: the object is a real one, or the camera does not see it.
         """
         # Here: a station without a camera loads none of Drake's renderer.
-        from mmt_drake.hw.realsense.simulated import perfect_depth, rendered_scene, simulated_camera
+        from mmt_drake.hw.realsense.rendered import RenderedScene
+        from mmt_drake.hw.realsense.simulated import simulated_camera
         from mmt_drake.hw.realsense.untouched import untouched
 
         if site.devices.arm is not None:
@@ -194,7 +195,7 @@ class SimulatedDepthCamera:
             camera = simulated(where, converted, scene=several.solids())
             return SeenSurface(Cloud.empty(), camera, self.settings.voxel or 0.0)
         scene = TableScene.of_box(self.size, middle)
-        depth = perfect_depth(rendered_scene(intrinsics, where, scene))
+        depth = RenderedScene(intrinsics, where, scene).depth()
         converted = DepthToCloud(intrinsics, where, self.settings, self.smooth)
         seen = untouched(converted, errors, depth, scene.solids[0], site.scenario.detector.r2)
         camera = simulated(where, converted, scene=scene)

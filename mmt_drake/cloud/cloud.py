@@ -26,7 +26,8 @@ class Cloud:
     """Points of a surface at one time, in the table frame; immutable.
 
     A cloud is a set of base points, where a rigid translation has taken them, and when. The neighbour structure is
-    built once from the base points, here in the constructor; `moved` shares it, whatever the number of points.
+    built once from the base points, here in the constructor; `moved` shares it, whatever the number of points. Of a
+    cloud that another process has told it is built when it is first asked for.
 
     Args:
         points: (n, 3) base positions [m]; n may be 0. Copied.
@@ -54,12 +55,18 @@ class Cloud:
         self._lowered: dict[float, tuple[Grid, Array]] = {}
         self._fill(base, grid, (0.0, 0.0, 0.0, serial, _spacing(base, grid)), stamp)
 
-    def _fill(self, base: Array, grid: Grid, header: tuple[float, ...], stamp: float) -> None:
+    def _fill(self, base: Array, grid: Grid | None, header: tuple[float, ...], stamp: float) -> None:
         if not math.isfinite(stamp):
             raise BadInput("cloud", at="stamp", found=stamp, expected="a time [s]")
-        self._base, self._grid, self._stamp = base, grid, float(stamp)
+        self._base, self._built, self._stamp = base, grid, float(stamp)
         self._header = np.array(header)
         self._header.flags.writeable = False
+
+    @property
+    def _grid(self) -> Grid:
+        if self._built is None:
+            self._built = build_grid(self._base)
+        return self._built
 
     def __reduce__(self) -> tuple[Any, ...]:
         """As another process is told it, where it is another cloud, with a number of its own."""
@@ -181,7 +188,7 @@ def _restored(
         if kept is not None:
             kept.flags.writeable = False
     cloud._normals, cloud._lowered = normals, {}
-    cloud._fill(base, build_grid(base), (*translation, float(next(_serial_numbers)), *spacing), stamp)
+    cloud._fill(base, None, (*translation, float(next(_serial_numbers)), *spacing), stamp)
     return cloud
 
 

@@ -19,9 +19,8 @@ from mmt_drake.effects.library import own_files, register_file
 from mmt_drake.learning.answer import LookResult, look
 from mmt_drake.learning.left import Left
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.own_process import OwnProcess, served
+from mmt_drake.own_process import OwnProcess, give_way, served
 
-_GIVES_WAY = 10
 """Of its priority, as of `nice`."""
 
 
@@ -114,13 +113,6 @@ def _answered(pieces: Sequence[Array], sample: float, theta: Array, begun: float
 def serve(handle: int) -> None:
     """Look until the line at a file handle ends: the main function of the process."""
     served(handle, _begin, "learner: a look")
-
-
-def give_way(*, idle: bool) -> None:
-    """Have this process work when others leave time for it; idle: only then, on Linux."""
-    os.nice(_GIVES_WAY)
-    if idle and hasattr(os, "SCHED_IDLE"):
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 
 
 def _begin(first: tuple[list[Path], bool]) -> Callable[[bytes], bytes]:

@@ -27,7 +27,7 @@ _SCENARIO = "setup1-learning"
 _TURNS, _TURN_S, _RUN_S, _PRESSED_S = 4, 10.0, 50.0, 30.0
 _TWICE, _GIVEN_J = 2.0, 1e-5
 _FAR = ["to_telerobot.delay=2.0", "to_operator.delay=2.0", "to_telerobot.loss=0.1", "to_operator.loss=0.1"]
-_LOOP = "from mmt_drake.learning.beside import give_way; give_way(idle=True)\nwhile True: pass"
+_LOOP = "from mmt_drake.own_process import give_way; give_way(idle=True)\nwhile True: pass"
 _NONE = ["environment.object.effects=[]"]
 
 

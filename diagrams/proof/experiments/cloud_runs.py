@@ -19,7 +19,8 @@ from mmt_drake.hw.realsense.depth import DepthToCloud, TemporalFilter
 from mmt_drake.hw.realsense.extrinsics import Calibration, calibrate_on_table
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.settings import CloudSettings
-from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames, perfect_depth, rendered_scene
+from mmt_drake.hw.realsense.rendered import RenderedScene
+from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames
 from mmt_drake.hw.realsense.untouched import Untouched, untouched
 from mmt_drake.hw.realsense.view import BOX, View
 from mmt_drake.model.parameters import FlexibleBoxModel
@@ -239,16 +240,14 @@ def run_cloud(plan: CloudPlan, progress: Progress = unheard) -> Result:
         BadInput: a camera that does not see the object.
     """
     intrinsics, where = plan.view.intrinsics(), plan.view.extrinsics()
-    depth = perfect_depth(rendered_scene(intrinsics, where, BOX))
-    table = perfect_depth(rendered_scene(intrinsics, where, replace(BOX, solids=())))
+    seen = RenderedScene(intrinsics, where)
+    depth, table = seen.depth(), replace(seen, scene=replace(BOX, solids=())).depth()
     motion = plan.motion()
 
     builder = DiagramBuilder()
     hand = builder.AddSystem(ScriptedOperator(motion))
     box = builder.AddSystem(FlexibleBox(FlexibleBoxModel()))
-    view = builder.AddSystem(rendered_scene(intrinsics, where, BOX))
     builder.Connect(hand.GetOutputPort("motion"), box.GetInputPort("motion"))
-    builder.Connect(box.GetOutputPort("body"), view.GetInputPort("body"))
     truth = LogVectorOutput(box.GetOutputPort("in_contact"), builder, _STEP)
     halves = builder.AddSystem(Demultiplexer([3, 3]))
     builder.Connect(hand.GetOutputPort("motion"), halves.get_input_port())
@@ -259,8 +258,8 @@ def run_cloud(plan: CloudPlan, progress: Progress = unheard) -> Result:
     for number, amount in enumerate(plan.noise):
         noise = replace(DepthNoise.stereo(intrinsics.fx).scaled(amount), seed=1000 * plan.seed + number)
         calibration = calibrate(plan, table, noise)
-        frames = builder.AddSystem(SimulatedFrames(intrinsics, noise, rate=plan.rate))
-        builder.Connect(view.GetOutputPort("depth_image"), frames.GetInputPort("depth_image"))
+        frames = builder.AddSystem(SimulatedFrames(seen, noise, rate=plan.rate))
+        builder.Connect(box.GetOutputPort("body"), frames.GetInputPort("body"))
         for alpha, voxel in product(plan.alpha, plan.voxel):
             smooth = None if alpha == 1.0 else TemporalFilter(alpha)
             convert = DepthToCloud(intrinsics, calibration.extrinsics, CloudSettings(voxel=voxel), smooth)

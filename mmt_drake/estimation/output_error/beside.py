@@ -3,7 +3,6 @@
 What is known stays there. To it go samples, as they are taken, and model messages; back comes what a fit hands over.
 """
 
-import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -17,11 +16,11 @@ from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
 from mmt_drake.estimation.output_error.window import SAMPLE_SIZE
 from mmt_drake.numeric.arrays import Array
-from mmt_drake.own_process import OwnProcess, served
+from mmt_drake.own_process import OwnProcess, give_way, served
 
 _MODEL = 2.0  # in the place of `broken`: a model message, which is not answered
 _MET = 3.0  # an object that the probe is at, likewise
-_GIVES_WAY = 19  # to the run, which waits for a fit a whole period later
+_GIVES_WAY, _BY_THE_CLOCK = 19, 10  # as of `nice`: a run by simulated time waits for a fit, a whole period later
 
 
 class FitProcess(OwnProcess):
@@ -78,8 +77,7 @@ def serve(handle: int) -> None:
 
 def _begin(first: tuple[list[Path], OutputErrorOptions, bool]) -> Callable[[bytes], bytes | None]:
     files, options, waits = first
-    if waits:
-        os.nice(_GIVES_WAY)
+    give_way(_GIVES_WAY if waits else _BY_THE_CLOCK)
     for file in files:
         register_file(file)
     learner = Learner(options)

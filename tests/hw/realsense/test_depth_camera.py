@@ -1,6 +1,7 @@
 """The camera block shows the newest cloud, says how old it is, and lets go of a surface that nobody sees any more."""
 
 import math
+import pickle
 import threading
 import time
 from collections.abc import Callable
@@ -13,18 +14,15 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 from realsense_samples import UNIT, plane_depth, told
 
+from mmt_drake.errors import BadInput
 from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.camera import DepthCameraSystem
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, FAILED, FROZEN, NO_FRAME, STALE, WELL
 from mmt_drake.hw.realsense.noise import DepthNoise
-from mmt_drake.hw.realsense.simulated import (
-    SimulatedDepthCameraSystem,
-    SimulatedFrames,
-    rendered_scene,
-    simulated_camera,
-)
+from mmt_drake.hw.realsense.rendered import RenderedScene
+from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames, simulated_camera
 from mmt_drake.hw.realsense.stream import DepthFrame
 from mmt_drake.hw.realsense.worker import CloudWorker
 
@@ -256,7 +254,23 @@ def test_a_simulated_camera_too_says_when_its_frames_show_no_surface(convert: De
 
 
 def test_direct_feedthrough_is_declared(small_camera: Intrinsics, tilted: Extrinsics, convert: DepthToCloud) -> None:
-    systems: dict[LeafSystem, bool] = {SimulatedFrames(small_camera): True, SimulatedDepthCameraSystem(convert): False}
+    frames = SimulatedFrames(RenderedScene(small_camera, tilted))
+    systems: dict[LeafSystem, bool] = {frames: True, SimulatedDepthCameraSystem(convert): False}
     for system, through in systems.items():
         assert system.HasAnyDirectFeedthrough() == through
-    assert rendered_scene(small_camera, tilted).HasAnyDirectFeedthrough()
+
+
+def test_a_rendered_scene_shows_a_body_where_it_is_and_is_the_same_in_another_process(
+    small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    scene = RenderedScene(small_camera, tilted)
+    there, lifted = scene.depth(), scene.depth((0.0, 0.0, 0.05))
+    v, u = small_camera.height // 2, small_camera.width // 2
+    along = tilted.rotation()[2, 2] + tilted.rotation()[2, 1] * small_camera.rays()[v, u, 1]
+    assert there[v, u] - lifted[v, u] == pytest.approx(-0.05 / along, abs=2e-4)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(scene)).depth(), there)
+
+
+def test_pixels_that_are_not_square_are_refused(tilted: Extrinsics) -> None:
+    with pytest.raises(BadInput, match="square pixels"):
+        RenderedScene(Intrinsics(160, 120, 150.0, 140.0, 79.5, 59.5), tilted)
