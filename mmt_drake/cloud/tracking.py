@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ _SAME_TOP = 0.008  # [m]: tops of one height
 _ALIKE = 0.004  # [m], and two and a half spacings: extents of one object
 _WHOLE = 0.002  # [m], and a spacing: of the extents that may be missing where all of it is seen
 _ROOM = 0.02  # [m] more than its extents: two objects were taken for one
+_RIM, _INNER = 0.008, 0.25  # [m] of a top at its rim, and the share of its points that is left without it, at least
 _STILL = 0.0015  # [m]: noise of a place
 _CALM = 0.1  # weight of a new place of an object that stands still
 _HEIGHT = 0.002  # weight of a new height, in the long run: it does not change
@@ -56,9 +58,12 @@ class _Cluster:
         x, y = (0.5 * (self.across.min(axis=0) + self.across.max(axis=0))).tolist()
         return x, y
 
-    @property
+    @cached_property
     def top(self) -> float:
-        return float(self.points[:, 2].mean())
+        """Of its inner points, where it has enough: a camera mixes heights at a rim."""
+        inner = (np.abs(self.across - self.middle) < 0.5 * self.extents - _RIM).all(axis=1)
+        chosen = inner if np.count_nonzero(inner) > _INNER * len(inner) else slice(None)
+        return float(self.points[chosen, 2].mean())
 
 
 @dataclass(frozen=True, eq=False)
