@@ -198,18 +198,17 @@ charts.parameters(recording, truth=truth)
 
 # %%
 far = replace(load_scenario("setup1-delay"), operator=settle.operator, duration=20.0, estimator=settle.estimator)
-delay = far.to_telerobot.delay
 slow, _ = run(far, "delay")
-print(*lines(measure(slow, delay_s=delay)), sep="\n")
+print(*lines(measure(slow)), sep="\n")
 
-figures.measured_and_rendered(slow, delay_s=delay, window_s=wound_up(slow))
+figures.measured_and_rendered(slow, window_s=wound_up(slow))
 
 # %% [markdown]
 # Between touches and releases the delay hardly shows: the model is local. At each of them the operator's model switches
 # one round trip late, since the flag comes from the telerobot.
 
 # %%
-charts.contact_timeline(slow, delay_s=delay)
+charts.contact_timeline(slow)
 
 # %% [markdown]
 # ## 6  A real hand

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Self
 
-import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, State
 

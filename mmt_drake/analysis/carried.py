@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from mmt_drake.analysis.signals import vector
+from mmt_drake.model.grasped_box import LEAST_GRIP
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.recording import Recording
 
@@ -50,6 +51,26 @@ class CarriedObject:
         return {units[name]: value for name, value in asdict(self).items()}
 
 
+@dataclass(frozen=True)
+class NothingCarried:
+    """A grip that closed and lifted nothing off the table.
+
+    Attributes:
+        closed: how often.
+    """
+
+    closed: int
+
+    def line(self) -> str:
+        """For a terminal."""
+        times = "once" if self.closed == 1 else f"{self.closed} times"
+        return f"carried: nothing; the grip closed {times} and lifted nothing off the table"
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as data."""
+        return {"off_table_s": 0.0, "closed": self.closed}
+
+
 def carried_errors(recording: Recording, ticks: int) -> tuple[Array, Array]:
     """Errors of the rendered force while an object is carried, and the true one, both (n, 3) [N].
 
@@ -85,6 +106,15 @@ def carried_object(recording: Recording, delay_s: float) -> CarriedObject | None
     where, within = (centre, of_centre) if centre > 0.0 else (None, None)
     force, across = share_of(off, true), share_of(off[:, :2], true[:, :2])
     return None if force is None else CarriedObject(m, of_m, where, within, len(off) * step, force, across)
+
+
+def nothing_lifted(recording: Recording) -> NothingCarried | None:
+    """Of a recording whose grip closed in vain; None: it never closed, or something was off the table."""
+    if "grip" not in recording or "body_height" not in recording or (recording["body_height"] > LIFTED).any():
+        return None
+    holds = recording["grip"] >= LEAST_GRIP
+    closed = int(np.count_nonzero(holds[1:] & ~holds[:-1])) + int(holds[0])
+    return NothingCarried(closed) if closed else None
 
 
 def share_of(off: Array, true: Array) -> float | None:

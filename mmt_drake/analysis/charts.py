@@ -26,7 +26,7 @@ from mmt_drake.analysis.plotting import (
     shade,
     styled,
 )
-from mmt_drake.analysis.signals import BAND_NAMES, BANDS, flag, stretches, vector
+from mmt_drake.analysis.signals import BAND_NAMES, BANDS, delay_of, flag, stretches, vector
 from mmt_drake.analysis.wording import milliseconds, significant
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA, THETA_UNITS
@@ -35,15 +35,17 @@ from mmt_drake.recording.recording import Recording
 
 
 @styled
-def contact_timeline(recording: Recording, *, delay_s: float = 0.0) -> Figure:
+def contact_timeline(recording: Recording, *, delay_s: float | None = None) -> Figure:
     """Times of contact of plant, detector and renderer, and the lag of every touch and release.
 
     Needs `in_contact` and `rendered_force_*`; `detected_contact` is drawn where it is there. Time is the operator's:
-    what happens at the telerobot is drawn `delay_s` [s] earlier, at the hand's motion that caused it (`lags.lags`).
+    what happens at the telerobot is drawn `delay_s` [s] earlier, at the hand's motion that caused it (`lags.lags`); by
+    default as the recording tells it.
 
     Raises:
         BadInput: a needed column is missing or broken.
     """
+    delay_s = delay_of(recording, delay_s)
     rows = [("plant", flag(recording, "in_contact"), delay_s, BLUE)]
     if "detected_contact" in recording:
         rows.append(("detected", flag(recording, "detected_contact"), delay_s, SKY))

@@ -1,9 +1,10 @@
 """The thesis's figures, drawn from a recording. `THESIS_FIGURES` maps each number to its function.
 
-Every one takes the same arguments. `delay_s` [s] shifts the rendered force to later times, so that cause and effect
-stand at the same place, as in the thesis's figures 14 and 35. `window_s` = (from, to) [s] cuts the time axis; by
-default a figure shows the whole run, or picks its own window where it says so. `axis` is the tangential axis. Shaded
-stretches are those in which the plant is in contact. All raise BadInput where a column they draw is missing.
+Every one takes the same arguments. `delay_s` [s], by default as the recording tells it, shifts the rendered force to
+later times, so that cause and effect stand at the same place, as in the thesis's figures 14 and 35. `window_s` =
+(from, to) [s] cuts the time axis; by default a figure shows the whole run, or picks its own window where it says so.
+`axis` is the tangential axis. Shaded stretches are those in which the plant is in contact. All raise BadInput where a
+column they draw is missing.
 """
 
 from collections.abc import Callable, Mapping
@@ -32,8 +33,8 @@ from mmt_drake.analysis.signals import (
     BANDS,
     amplitude_spectrum,
     column,
+    delay_of,
     delayed,
-    duration,
     flag,
     mean_step,
     on_even_clock,
@@ -53,7 +54,7 @@ class FigureOf(Protocol):
     """The signature of every function of `THESIS_FIGURES`."""
 
     def __call__(
-        self, recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+        self, recording: Recording, *, delay_s: float | None = None, window_s: Window | None = None, axis: str = "y"
     ) -> Figure: ...
 
 
@@ -69,7 +70,7 @@ class ShownRun:
     def shown(self) -> Recording:
         """The recording on an even clock, the rendered force shifted by the delay, cut to the window."""
         even = on_even_clock(self.recording)
-        if duration(self.delay_s, "delay_s") > 0.0:
+        if self.delay_s > 0.0:
             step = mean_step(even)
             rendered = {name: values for name, values in even.columns.items() if name.startswith("rendered_")}
             late = {name: delayed(values, self.delay_s, step) for name, values in rendered.items()}
@@ -96,9 +97,9 @@ def _thesis(*numbers: int) -> Callable[[Callable[[ShownRun], Figure]], FigureOf]
 
     def declared(draw: Callable[[ShownRun], Figure]) -> FigureOf:
         def drawn(
-            recording: Recording, *, delay_s: float = 0.0, window_s: Window | None = None, axis: str = "y"
+            recording: Recording, *, delay_s: float | None = None, window_s: Window | None = None, axis: str = "y"
         ) -> Figure:
-            return draw(ShownRun(recording, delay_s, window_s, axis))
+            return draw(ShownRun(recording, delay_of(recording, delay_s), window_s, axis))
 
         drawn.__name__, drawn.__doc__ = draw.__name__, draw.__doc__
         figure = styled(drawn)

@@ -14,7 +14,7 @@ from mmt_drake.model.message_layout import MESSAGE, SENSOR
 from mmt_drake.model_message import NO_ERROR, ModelMessage, SensorError, ToldEffect
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.recording import Recording
-from mmt_drake.recording.two_recordings import DELAY
+from mmt_drake.recording.two_recordings import told_delay
 from mmt_drake.rendering.status import RENDERING
 
 SETTLES_S: Final = 1.0
@@ -153,7 +153,7 @@ def learned(recording: Recording) -> ToldLaws | None:
         return None
     step, contact = mean_step(recording), flag(recording, "in_contact")
     seconds = step * np.cumsum(contact)
-    delay = float(recording.made_by.get(DELAY, 0.0))
+    delay = told_delay(recording)
     late = round(delay / step)
     both = [attempt(_off, recording, delay, step, axes) for axes in ("xy", "z")]
 

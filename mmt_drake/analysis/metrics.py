@@ -13,6 +13,7 @@ from mmt_drake.analysis.signals import (
     BANDS,
     component,
     contact_time,
+    delay_of,
     delayed,
     duration,
     flag,
@@ -138,7 +139,7 @@ class Metrics:
 
 
 def measure(
-    recording: Recording, *, delay_s: float = 0.0, after_s: float = AFTER_S, measured: str = "force"
+    recording: Recording, *, delay_s: float | None = None, after_s: float = AFTER_S, measured: str = "force"
 ) -> Metrics:
     """All figures of one run.
 
@@ -148,7 +149,7 @@ def measure(
     Args:
         recording: needs `in_contact`, `force_*` and `rendered_force_*`; `estimated_force_*` with `filtered_force_*`,
             `true_force_*` and `theta_*` add the figures made of them.
-        delay_s: operator-to-telerobot delay [s].
+        delay_s: operator-to-telerobot delay [s]; None: as the recording tells it, 0 where it does not.
         after_s: contact time before errors count [s].
         measured: what counts as the measured force: `force`, or `filtered_force`, which is late by the filters.
 
@@ -156,7 +157,7 @@ def measure(
         BadInput: a needed column is missing or broken, there is no sample in contact after `after_s` of contact, or
             the rate is too low for the bands.
     """
-    delay_s = duration(delay_s, "delay_s")
+    delay_s = delay_of(recording, delay_s)
     even = on_even_clock(recording)
     step = mean_step(even)
     selected, wound_up = _counted(even, after_s)

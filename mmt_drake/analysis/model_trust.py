@@ -39,7 +39,8 @@ class ModelTrust:
             parts.append(f"another object than before at {', '.join(f'{t:.2f}' for t in self.changed_at)} s")
         if unknown := self.seconds[ModelStatus.UNEXCITED]:
             parts.append(f"not every number known in {unknown:.2f} s of contact")
-        return f"model: {'; '.join(parts) or 'explains the force'}"
+        agrees = "explains the force" if self.contact else "not tested, there was no contact"
+        return f"model: {'; '.join(parts) or agrees}"
 
     def to_json(self) -> dict[str, Any]:
         """The same as data."""

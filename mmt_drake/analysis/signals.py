@@ -14,6 +14,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import AXES, HELD
+from mmt_drake.recording.two_recordings import told_delay
 
 BANDS: Final[Mapping[str, tuple[float, float] | None]] = {
     "all": None,
@@ -43,6 +44,15 @@ def duration(value: float, name: str) -> float:
     if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
         raise BadInput(name, found=value, expected="a number of seconds, 0 or more")
     return float(value)
+
+
+def delay_of(recording: Recording, delay_s: float | None) -> float:
+    """The operator-to-telerobot delay [s]; None: as the recording tells it, 0 where it does not.
+
+    Raises:
+        BadInput: it is no time.
+    """
+    return told_delay(recording) if delay_s is None else duration(delay_s, "delay_s")
 
 
 def vector(recording: Recording, name: str) -> Array:

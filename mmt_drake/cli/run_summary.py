@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from mmt_drake.analysis import summary
-from mmt_drake.analysis.carried import carried_object
+from mmt_drake.analysis.carried import carried_object, nothing_lifted
 from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
 from mmt_drake.analysis.learned import LearnerRecord, ToldLaws, learned, learner
 from mmt_drake.analysis.metrics import Metrics, measure
@@ -129,7 +129,8 @@ class RunSummary:
 
 def further(recording: Recording, delay_s: float) -> dict[str, RunFigure]:
     """The further figures of a recording, by their key as data, and the delay from hand to probe in it [s]."""
-    found = {name: find(recording) for name, find in _FIGURES.items()} | {"carried": carried_object(recording, delay_s)}
+    carried = carried_object(recording, delay_s) or nothing_lifted(recording)
+    found = {name: find(recording) for name, find in _FIGURES.items()} | {"carried": carried}
     return {name: RunFigure(figure.to_json(), figure.line()) for name, figure in found.items() if figure is not None}
 
 

@@ -61,7 +61,7 @@ class _Cluster:
     @cached_property
     def top(self) -> float:
         """Of its inner points, where it has enough: a camera mixes heights at a rim."""
-        inner = (np.abs(self.across - self.middle) < 0.5 * self.extents - _RIM).all(axis=1)
+        inner = np.all(np.abs(self.across - self.middle) < 0.5 * self.extents - _RIM, axis=1)
         chosen = inner if np.count_nonzero(inner) > _INNER * len(inner) else slice(None)
         return float(self.points[chosen, 2].mean())
 

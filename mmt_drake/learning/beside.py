@@ -1,6 +1,5 @@
 """Looks at a contact beside the clock, in a process of their own, which gives way to whoever else works."""
 
-import os
 import pickle
 from collections import deque
 from collections.abc import Callable, Sequence

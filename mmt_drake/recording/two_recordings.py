@@ -80,7 +80,7 @@ def join(first: Recording, second: Recording) -> JoinedSides:
             columns[name] = stored(values[last] if name in HELD else np.interp(instants[inside], own, values))
     for name in set(_STAMPS) & set(columns):
         columns[name] = stored(_of_telerobots_run(as_array(columns[name]), operator, telerobot, clocks))
-    delay = _delay(telerobot, clocks) + _simulated_delay(operator)
+    delay = _delay(telerobot, clocks) + told_delay(operator)
     made_by = {name: text for name, text in telerobot.made_by.items() if name not in ("side", DELAY)}
     made_by |= {
         "joined": both,
@@ -163,17 +163,17 @@ def _delay(telerobot: Recording, clocks: ClockBounds) -> float:
     return max(0.0, float(np.median(own[known] - clocks.first(shown[known]))))
 
 
-def _simulated_delay(operator: Recording) -> float:
-    """That which the scenario simulates on the way to the telerobot, before the real one [s]; 0 where nothing says so.
+def told_delay(recording: Recording) -> float:
+    """What its scenario simulates on the way from the operator to the telerobot [s]; 0 where nothing says so.
 
     Raises:
         BadInput: what the file says is no time.
     """
-    text = operator.made_by.get(DELAY, "0")
+    text = recording.made_by.get(DELAY, "0")
     try:
         delay = float(text)
     except ValueError:
         delay = math.nan
     if not 0.0 <= delay < math.inf:
-        raise BadInput(operator.source, at=f"metadata {DELAY}", found=repr(text), expected="a time, 0 s or more")
+        raise BadInput(recording.source, at=f"metadata {DELAY}", found=repr(text), expected="a time, 0 s or more")
     return delay

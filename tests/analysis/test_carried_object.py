@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmt_drake.analysis.carried import carried_object
+from mmt_drake.analysis.carried import carried_object, nothing_lifted
 from mmt_drake.recording import Recording
 
 STEP, LATE = 1e-3, 0.1
@@ -43,6 +43,18 @@ def test_a_centre_that_was_not_told_is_none_and_nothing_carried_is_no_figure() -
     recording.columns["carries"][:] = 0.0
     assert carried_object(recording, LATE) is None
     assert carried_object(Recording(np.array([0.0, 0.001]), {}, "a run"), LATE) is None
+
+
+def test_a_grip_that_closed_and_lifted_nothing_is_told() -> None:
+    recording = carried()
+    for name in ("carries", "body_height"):
+        recording.columns[name][:] = 0.0
+    grip = 10.0 * ((recording.time < 0.5) | ((recording.time > 1.0) & (recording.time < 2.0)))
+    found = nothing_lifted(Recording(recording.time, {**recording.columns, "grip": grip}, "a run"))
+    assert found is not None and found.closed == 2 and "closed 2 times and lifted nothing" in found.line()
+    assert found.to_json() == {"off_table_s": 0.0, "closed": 2}
+    assert nothing_lifted(Recording(recording.time, {**carried().columns, "grip": grip}, "a run")) is None
+    assert nothing_lifted(Recording(recording.time, {**recording.columns, "grip": 0.0 * grip}, "a run")) is None
 
 
 def test_where_nothing_acts_along_x_and_y_no_share_of_it_is_told() -> None:

@@ -1,6 +1,7 @@
 """Errors by band, against sines whose errors are known."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -191,6 +192,13 @@ def test_a_reference_of_zero_gives_no_ratio_and_the_document_stays_json(recordin
     assert document["rendered_error"]["all"] is None
     assert document["rendered_error"]["z"]["all"] == pytest.approx(0.2)
     assert document["estimated_error"] is None
+
+
+def test_the_delay_is_that_which_the_recording_tells(stroke_run):
+    told = replace(stroke_run, made_by={"to_telerobot_delay_s": "0.4"})
+    assert measure(told) == measure(stroke_run, delay_s=0.4) != measure(stroke_run)
+    with pytest.raises(BadInput, match="to_telerobot_delay_s"):
+        measure(replace(stroke_run, made_by={"to_telerobot_delay_s": "soon"}))
 
 
 def test_the_document_has_the_keys_of_the_contract(stroke_run):

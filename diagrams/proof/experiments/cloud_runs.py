@@ -18,8 +18,8 @@ from mmt_drake.errors import BadInput
 from mmt_drake.hw.realsense.depth import DepthToCloud, TemporalFilter
 from mmt_drake.hw.realsense.extrinsics import Calibration, calibrate_on_table
 from mmt_drake.hw.realsense.noise import DepthNoise
-from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.rendered import RenderedScene
+from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames
 from mmt_drake.hw.realsense.untouched import Untouched, untouched
 from mmt_drake.hw.realsense.view import BOX, View
