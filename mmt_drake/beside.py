@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import weakref
 from collections.abc import Callable
+from tempfile import TemporaryFile
 from typing import Any, Generic, Protocol, TypeVar
 
 from mmt_drake.own_process import OwnProcess, give_way, served
@@ -79,19 +82,25 @@ def at_once(work: Callable[..., T], prepare: Callable[[], object] | None = None)
 class WorkProcess(OwnProcess, Generic[T]):
     """A process that does one work again and again; it begins when this is made.
 
+    What it is given and what it answers stand in memory that both have; the line between them only says how much. So
+    nobody waits for the other to write or to read it.
+
     Args:
         work: what it does; it, what it is given and what it returns can be pickled.
         prepare: is called first, in both processes.
-        ready: wait until it is ready, for a run in real time; it then never keeps the loop from a processor.
+        in_real_time: wait until it is ready; it then works only when the loop leaves a processor to it.
 
     Raises:
         MmtError: of `later`: the process cannot be begun.
     """
 
     def __init__(
-        self, work: Callable[..., T], prepare: Callable[[], object] | None = None, *, ready: bool = False
+        self, work: Callable[..., T], prepare: Callable[[], object] | None = None, *, in_real_time: bool = False
     ) -> None:
-        super().__init__(__name__, (work, prepare, ready), "the process beside the run", ready=ready)
+        first, files = (work, prepare, in_real_time), (_memory(), _memory())
+        self._given, self._told = files
+        self._files = weakref.finalize(self, _close, files)
+        super().__init__(__name__, first, "the process beside the run", ready=in_real_time, files=files)
         if prepare is not None:
             prepare()
         self._work = work
@@ -100,31 +109,60 @@ class WorkProcess(OwnProcess, Generic[T]):
     def later(self, *given: Any) -> Later[T]:
         """Have it done with these; what was asked for before is waited for first.
 
-        As long as the process is not ready it is done here.
+        As long as the process is not ready, and once it is closed, it is done here.
         """
-        if not self.is_ready():
+        if not (self._files.alive and self.is_ready()):
             return Later.known(self._work(*given))
         if self._asked is not None:
             self._asked.wait()
         self._asked = later = Later(lambda: self._answered(given), self.is_done)
-        self.send(pickle.dumps(given, pickle.HIGHEST_PROTOCOL))
+        self.send(_written(self._given, given))
         return later
+
+    def close(self) -> None:
+        """End the process; may be called again."""
+        super().close()
+        self._files()
 
     def _answered(self, given: tuple[Any, ...]) -> T:
         answer = self.answer()
         # It failed there, or the process is gone: what is wrong shows here.
-        result: T = pickle.loads(answer) if answer else self._work(*given)
+        result: T = _read(self._told, answer) if answer else self._work(*given)
         return result
 
 
-def serve(handle: int) -> None:
+def serve(handle: int, given: int, told: int) -> None:
     """Work until the line at a file handle ends: the main function of the process."""
-    served(handle, _begin, "work beside the run")
+
+    def begin(first: tuple[Callable[..., object], Callable[[], object] | None, bool]) -> Callable[[bytes], bytes]:
+        work, prepare, in_real_time = first
+        if prepare is not None:
+            prepare()
+        give_way(idle=in_real_time)
+        return lambda asked: _written(told, work(*_read(given, asked)))
+
+    served(handle, begin, "work beside the run")
 
 
-def _begin(first: tuple[Callable[..., object], Callable[[], object] | None, bool]) -> Callable[[bytes], bytes]:
-    work, prepare, in_real_time = first
-    if prepare is not None:
-        prepare()
-    give_way(idle=in_real_time)
-    return lambda asked: pickle.dumps(work(*pickle.loads(asked)), pickle.HIGHEST_PROTOCOL)
+def _memory() -> int:
+    """A handle of a file that is nowhere but in memory, where the system has such."""
+    if hasattr(os, "memfd_create"):
+        return os.memfd_create("beside")
+    with TemporaryFile() as file:
+        return os.dup(file.fileno())
+
+
+def _close(files: tuple[int, ...]) -> None:
+    for file in files:
+        os.close(file)
+
+
+def _written(file: int, value: object) -> bytes:
+    """Put a value into a file; its size."""
+    packed = pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
+    os.pwrite(file, packed, 0)
+    return len(packed).to_bytes(8)
+
+
+def _read(file: int, size: bytes) -> Any:
+    return pickle.loads(os.pread(file, int.from_bytes(size), 0))

@@ -1,12 +1,13 @@
 """Work beside the clock, in a process of its own: a thread would hold the interpreter's lock against the loop."""
 
 import os
+import pickle
 import select
 import signal
 import subprocess
 import sys
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -17,7 +18,8 @@ from mmt_drake.closing import Closing
 from mmt_drake.errors import MmtError
 
 _READY = "ready"
-_THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"  # which wait for work by keeping a processor busy
+# Threads of libraries wait for work by keeping a processor busy, and those of a renderer take the loop's.
+_THREADS = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "LP_NUM_THREADS": "0"}
 _GIVES_WAY = 10  # to the loop, which is what the others wait for: of priority, as of `nice`
 _BEGINS_WITHIN, _ENDS_WITHIN = 300.0, 1.0  # [s], of which most is for what has yet to be compiled
 
@@ -29,33 +31,36 @@ class OwnProcess(Closing):
         process: the process.
 
     Args:
-        module: that has a function `serve(handle)`, its main function, which is to use `served`.
+        module: that has a function `serve(handle, *files)`, its main function, which is to use `served`.
         first: what that is given first.
         what: it does, for a message: "the process for its fits".
         ready: wait until it is; else that is due with `wait_until_ready`, before anything is asked.
+        files: open ones, which it is given, too.
 
     Raises:
         MmtError: the process cannot be begun.
     """
 
-    def __init__(self, module: str, first: object, what: str, *, ready: bool = True) -> None:
+    def __init__(self, module: str, first: object, what: str, *, ready: bool = True, files: Sequence[int] = ()) -> None:
         self._line, there = Pipe()
+        handles = (there.fileno(), *files)
         paths = os.pathsep.join(filter(None, sys.path))
-        environment = os.environ | {"PYTHONPATH": paths} | dict.fromkeys(_THREADS, "1")
+        environment = os.environ | {"PYTHONPATH": paths} | _THREADS
         # It ends at once: what an interpreter gives back first takes longer than whoever closes it should wait.
-        work = f"import os; from {module} import serve; serve({there.fileno()}); os._exit(0)"
+        work = f"import os; from {module} import serve; serve{handles}; os._exit(0)"
         program = [sys.executable, "-c", work]
-        self.process = subprocess.Popen(program, pass_fds=[there.fileno()], env=environment, stdin=subprocess.DEVNULL)
+        self.process = subprocess.Popen(program, pass_fds=handles, env=environment, stdin=subprocess.DEVNULL)
         there.close()
         self._finalizer = weakref.finalize(self, _end, self._line, self.process)
         self._news = select.poll()  # made once: `Connection.poll` takes as long as the news
         self._news.register(self._line.fileno(), select.POLLIN)
         self._begins: str | None = what
+        packed = pickle.dumps(first, pickle.HIGHEST_PROTOCOL)
         if ready:
-            self._tell(first)
+            self._tell(packed)
             self.wait_until_ready()
         else:  # by a thread: as long as it has not begun nobody reads
-            Thread(target=self._tell, args=(first,), daemon=True).start()
+            Thread(target=self._tell, args=(packed,), daemon=True).start()
 
     def is_ready(self) -> bool:
         """Whether it can be asked, without a wait for that.
@@ -84,9 +89,9 @@ class OwnProcess(Closing):
             self.close()
             raise MmtError(f"{what} did not begin: {told}")
 
-    def _tell(self, first: object) -> None:
+    def _tell(self, first: bytes) -> None:
         with suppress(OSError):  # it has ended, which shows where it is waited for
-            self._line.send(first)
+            self._line.send_bytes(first)
 
     def close(self) -> None:
         """End the process; may be called again."""
@@ -101,7 +106,7 @@ class OwnProcess(Closing):
         return True
 
     def is_done(self) -> bool:
-        """Whether there is an answer, or the process has ended; never waits."""
+        """Whether there is an answer, or the process has ended; never waits. Of a long one it may be the beginning."""
         return bool(self._news.poll(0))
 
     def answer(self) -> bytes:
@@ -131,7 +136,9 @@ def give_way(nice: int = _GIVES_WAY, *, idle: bool = False) -> None:
     """
     os.nice(nice)
     if idle and hasattr(os, "SCHED_IDLE"):
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+        for thread in os.listdir("/proc/self/task"):
+            with suppress(OSError):  # where it is forbidden it is nice
+                os.sched_setscheduler(int(thread), os.SCHED_IDLE, os.sched_param(0))
 
 
 def served(handle: int, begin: Callable[[Any], Callable[[bytes], bytes | None]], what: str) -> None:

@@ -20,7 +20,7 @@ def added(a: float, b: float) -> tuple[float, int]:
 
 @pytest.fixture
 def beside() -> Iterator[WorkProcess[tuple[float, int]]]:
-    with WorkProcess(added, ready=True) as process:
+    with WorkProcess(added, in_real_time=True) as process:
         yield process
 
 
@@ -48,6 +48,37 @@ def test_the_run_goes_on_where_the_process_is_gone(beside: WorkProcess[tuple[flo
     beside.process.send_signal(signal.SIGKILL)
     beside.process.wait()
     assert beside.later(1.0, 1.0).value == (asked[0], os.getpid())
+
+
+def test_nobody_waits_for_a_process_that_has_no_processor_however_long_the_message() -> None:
+    with WorkProcess(doubled, in_real_time=True) as process:
+        assert process.later(b"").value == b""
+        process.process.send_signal(signal.SIGSTOP)
+        asked = process.later(bytes(1_000_000))  # would wait here for a line that is full
+        assert not asked.is_there
+        process.process.send_signal(signal.SIGCONT)
+        assert asked.value == bytes(2_000_000)
+
+
+def doubled(what: bytes) -> bytes:
+    return what + what
+
+
+@pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="Linux alone has it")
+def test_in_real_time_it_works_only_when_a_processor_is_free(beside: WorkProcess[tuple[float, int]]) -> None:
+    assert os.sched_getscheduler(beside.process.pid) == os.SCHED_IDLE
+    with WorkProcess(added) as patient:
+        patient.wait_until_ready()
+        assert os.sched_getscheduler(patient.process.pid) == os.SCHED_OTHER
+        assert os.getpriority(os.PRIO_PROCESS, patient.process.pid) >= 10
+
+
+def test_its_memory_is_given_back(beside: WorkProcess[tuple[float, int]]) -> None:
+    before = len(os.listdir("/proc/self/fd"))
+    with WorkProcess(added, in_real_time=True) as process:
+        assert process.later(1.0, 1.0).value[0] == 2.0
+    del process
+    assert len(os.listdir("/proc/self/fd")) == before
 
 
 def test_what_is_known_needs_nobody() -> None:

@@ -99,7 +99,7 @@ class Site:
         """How work of a part is done, as `mmt_drake.beside.Apart`."""
         if not (self.spread or self.worker):
             return at_once(work, prepare)
-        beside = WorkProcess(work, prepare, ready=self.worker)
+        beside = WorkProcess(work, prepare, in_real_time=self.worker)
         self.begun.append(beside)
         return beside.later
 

@@ -43,6 +43,8 @@ class Extrinsics(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name in ("position", "quaternion"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         if math.hypot(*self.quaternion) < 1e-6:
             raise BadInput("extrinsics", at="quaternion", found=self.quaternion, expected="a rotation: w, x, y, z")
 

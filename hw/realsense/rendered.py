@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from functools import lru_cache
+from threading import get_ident
 
 import numpy as np
 from pydrake.geometry import (
@@ -54,7 +56,8 @@ class RenderedScene:
         scene: what it looks at. The hand is not in it, and surfaces are undeformed.
 
     Raises:
-        BadInput: a focal length that Drake's renderer cannot have: fx and fy must be equal to a percent.
+        BadInput: a focal length that Drake's renderer cannot have: fx and fy must be equal to a percent; several bodies
+            without a probe.
     """
 
     intrinsics: Intrinsics
@@ -65,6 +68,9 @@ class RenderedScene:
         i = self.intrinsics
         if not math.isclose(i.fx, i.fy, rel_tol=0.01):
             raise BadInput("simulated camera", at="fx, fy", found=f"{i.fx}, {i.fy}", expected="square pixels")
+        if len(self.scene.solids) > 1 and self.scene.probe is None:
+            found = f"{len(self.scene.solids)} solids and no probe"
+            raise BadInput("simulated camera", at="scene", found=found, expected="a probe beside several solids")
 
     @property
     def origins(self) -> tuple[Point, ...]:
@@ -72,7 +78,7 @@ class RenderedScene:
         return tuple(solid.at for solid in self.scene.solids) or (self.scene.at,)
 
     def depth(self, *frames: Point3) -> Image:
-        """(height, width) depth along the optical axis [m]; not to be written to.
+        """(height, width) depth along the optical axis [m], read-only.
 
         Args:
             frames: x, y, z of each body's frame [m], which is at its origin and on the table before anything moves, and
@@ -87,11 +93,12 @@ class RenderedScene:
 
 @lru_cache(maxsize=1)  # cameras of different errors look at the same picture
 def _rendered(seen: RenderedScene, frames: tuple[Point3, ...]) -> Image:
-    return _renderer(seen)(frames)
+    return _renderer(seen, os.getpid(), get_ident())(frames)
 
 
 @lru_cache(maxsize=_KEPT)
-def _renderer(seen: RenderedScene) -> _Renderer:
+def _renderer(seen: RenderedScene, process: int, thread: int) -> _Renderer:
+    """That of this thread: a renderer draws in no other."""
     return _Renderer(seen)
 
 
@@ -130,7 +137,9 @@ class _Renderer:
         for frame, at in zip(self._frames, frames, strict=True):
             poses.set_value(frame, RigidTransform(np.array(at)))
         self._diagram.GetInputPort("poses").FixValue(self._context, poses)
-        return np.array(self._diagram.GetOutputPort("depth").Eval(self._context).data[..., 0])
+        picture = np.array(self._diagram.GetOutputPort("depth").Eval(self._context).data[..., 0])
+        picture.flags.writeable = False
+        return picture
 
 
 def _instance(name: str, shape: Shape, middle: Point3) -> GeometryInstance:

@@ -14,10 +14,11 @@ from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.camera import declare_camera_ports
 from mmt_drake.hw.realsense.depth import Converted, DepthImage, DepthToCloud, Image, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
-from mmt_drake.hw.realsense.faults import BLIND, WELL
+from mmt_drake.hw.realsense.faults import BLIND, NO_FRAME, STALE, WELL
 from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.rendered import Point3, RenderedScene
 from mmt_drake.hw.realsense.view import BOX, TableScene
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.objects_on_table import OF_A_BODY
 
@@ -51,6 +52,9 @@ class SimulatedFrame:
     def __deepcopy__(self, memo: object) -> Self:
         return self
 
+
+STALE_S = 0.25
+"""Age from which on a cloud is no surface any more [s]."""
 
 _NOWHERE = RenderedScene(Intrinsics(3, 3, 1.0, 1.0, 1.0, 1.0), Extrinsics((0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 0.0)))
 _NO_FRAME = SimulatedFrame(_NOWHERE, (), DepthNoise(), -1)
@@ -93,8 +97,10 @@ class SimulatedFrames(LeafSystem):
         check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)
         self._rate = rate
         self.untouched = SimulatedFrame(seen, (), noise or DepthNoise(), 0)
-        several = 0 if seen.scene.probe is None else len(seen.origins)
-        self.declare_inputs(body=0 if several else 4, bodies=OF_A_BODY * several, probe=3 if several else 0)
+        if seen.scene.probe is None:
+            self.declare_inputs("body", bodies=0, probe=0)
+        else:
+            self.declare_inputs(body=0, bodies=OF_A_BODY * len(seen.origins), probe=3)
         sources = self.tickets(("body", "bodies", "probe"))
         self.DeclareAbstractOutputPort("frame", lambda: AbstractValue.Make(_NO_FRAME), self._calc, sources)
 
@@ -124,8 +130,8 @@ class SimulatedDepthCameraSystem(LeafSystem):
     - `frame` (abstract, `SimulatedFrame`): what the camera sees now.
     - `point_cloud` (abstract, `Cloud`): the surface, table frame, stamped with the time of its frame; empty before the
       first.
-    - `camera` (3): fault code (0: well, 1: no frame yet), age of the latest frame when its cloud was ready [s], share
-      of its pixels that had no depth (0 to 1).
+    - `camera` (3): fault code (0: well; else `mmt_drake.hw.realsense.faults`), age of the latest frame when its cloud
+      was ready, and more once a cloud is late [s], share of its pixels that had no depth (0 to 1).
 
     Both outputs are states.
 
@@ -135,8 +141,8 @@ class SimulatedDepthCameraSystem(LeafSystem):
         latency: from the moment a frame shows to its cloud [s]; less than the time between frames.
         apart: how the picture and its cloud are made: in a process of its own, where a run has one.
         prepare: is called where they are made, before the first.
-        waits: for that; else, in real time, a cloud that is not there in time is shown a frame later, and the frames in
-            the meantime are passed over.
+        waits: for that; else, in real time, a cloud that is not there in time is shown frames later, and the frames in
+            the meantime are passed over. One older than `STALE_S` is no longer shown.
 
     Raises:
         BadInput: a rate or latency out of its range.
@@ -156,6 +162,7 @@ class SimulatedDepthCameraSystem(LeafSystem):
         check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)
         if not 0.0 <= latency < 1.0 / rate:
             raise BadInput("simulated camera", at="latency", found=latency, expected=f"0 to below {1.0 / rate:g} s")
+        self._period = 1.0 / rate
         self._converted, self._latency, self._waits = apart(_Conversion(convert), prepare), latency, waits
         self._frame = self.DeclareAbstractInputPort("frame", AbstractValue.Make(_NO_FRAME))
         self._cloud, self._camera = declare_camera_ports(self)
@@ -176,12 +183,22 @@ class SimulatedDepthCameraSystem(LeafSystem):
 
     def _deliver(self, context: Context, state: State) -> None:
         later: Later[Converted] = state.get_mutable_abstract_state(self._taken).get_value()
+        shown = state.get_mutable_abstract_state(self._cloud)
+        camera = state.get_mutable_discrete_state(self._camera).get_mutable_value()
         if not (self._waits or later.is_there):
+            self._late(context.get_time(), shown, camera)
             return
         taken = later.value
-        fault = WELL if len(taken.cloud) else BLIND
-        state.get_mutable_abstract_state(self._cloud).set_value(taken.cloud)
-        state.get_mutable_discrete_state(self._camera).get_mutable_value()[:] = fault, self._latency, taken.lost
+        shown.set_value(taken.cloud)
+        camera[:] = WELL if len(taken.cloud) else BLIND, self._latency, taken.lost
+
+    def _late(self, t: float, shown: AbstractValue, camera: Array) -> None:
+        """No cloud has come in time: the one that is shown gets older, and is let go."""
+        if camera[0] != NO_FRAME:
+            camera[1] += self._period
+        if camera[0] == WELL and camera[1] > STALE_S:
+            camera[0] = STALE
+            shown.set_value(Cloud.empty(t))
 
 
 @dataclass(frozen=True)
@@ -190,6 +207,10 @@ class _Conversion:
 
     def __call__(self, frame: SimulatedFrame, t: float, before: Image | None) -> Converted:
         return self.convert(frame.depth, frame.unit, t, before)
+
+
+def _look_at(frame: SimulatedFrame) -> None:
+    replace(frame).depth  # noqa: B018
 
 
 def simulated_camera(
@@ -219,7 +240,7 @@ def simulated_camera(
     """
     builder = DiagramBuilder()
     frames = builder.AddSystem(SimulatedFrames(RenderedScene(convert.intrinsics, where, scene), noise, rate=rate))
-    prepare = partial(getattr, frames.untouched, "depth")  # loads and compiles before the clock starts
+    prepare = partial(_look_at, frames.untouched)  # loads and compiles before the clock starts
     camera = builder.AddSystem(
         SimulatedDepthCameraSystem(convert, rate=rate, latency=latency, apart=apart, prepare=prepare, waits=waits)
     )

@@ -54,7 +54,8 @@ class TableScene:
         """
         for side in size:
             check_number("scene", "size", side, least=0.0, open_interval=True)
-        return cls((Solid(size, at),), -size[2], at)
+        (wide, deep, high), (x, y) = size, at
+        return cls((Solid((wide, deep, high), (x, y)),), -high, (x, y))
 
 
 BOX = TableScene.of_box((0.2, 0.2, 0.08))

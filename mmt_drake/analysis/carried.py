@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from mmt_drake.analysis.signals import vector
+from mmt_drake.analysis.signals import stretches, vector
 from mmt_drake.model.grasped_box import LEAST_GRIP
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.recording import Recording
@@ -68,7 +68,7 @@ class NothingCarried:
 
     def to_json(self) -> dict[str, Any]:
         """The same as data."""
-        return {"off_table_s": 0.0, "closed": self.closed}
+        return {"closed": self.closed}
 
 
 def carried_errors(recording: Recording, ticks: int) -> tuple[Array, Array]:
@@ -112,8 +112,7 @@ def nothing_lifted(recording: Recording) -> NothingCarried | None:
     """Of a recording whose grip closed in vain; None: it never closed, or something was off the table."""
     if "grip" not in recording or "body_height" not in recording or (recording["body_height"] > LIFTED).any():
         return None
-    holds = recording["grip"] >= LEAST_GRIP
-    closed = int(np.count_nonzero(holds[1:] & ~holds[:-1])) + int(holds[0])
+    closed = len(stretches(recording["grip"] >= LEAST_GRIP))
     return NothingCarried(closed) if closed else None
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmt_drake.analysis.signals import component, duration, flag, rising
+from mmt_drake.analysis.signals import component, delay_of, flag, rising
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.recording import Recording
 from mmt_drake.recording.signals import AXES
@@ -39,7 +39,7 @@ class Lags:
         return float(np.median(answered)) if answered else None
 
 
-def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
+def lags(recording: Recording, delay_s: float | None = None) -> tuple[Lags, Lags]:
     """Lags of touches and of releases.
 
     An event is a change of `in_contact`; its response is the rendered force leaving exactly zero (touch) or returning
@@ -56,12 +56,12 @@ def lags(recording: Recording, delay_s: float = 0.0) -> tuple[Lags, Lags]:
 
     Args:
         recording: with `in_contact` and `rendered_force_*`.
-        delay_s: operator-to-telerobot delay [s].
+        delay_s: operator-to-telerobot delay [s]; None: as the recording tells it, 0 where it does not.
 
     Raises:
         BadInput: a column is missing or broken, or the delay is no time.
     """
-    delay_s = duration(delay_s, "delay_s")
+    delay_s = delay_of(recording, delay_s)
     time = recording.time
     contact = flag(recording, "in_contact")
     rendering = np.logical_or.reduce([component(recording, "rendered_force", axis) != 0.0 for axis in AXES])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from mmt_drake.analysis import summary
-from mmt_drake.analysis.carried import carried_object, nothing_lifted
+from mmt_drake.analysis.carried import NothingCarried, carried_object, nothing_lifted
 from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
 from mmt_drake.analysis.learned import LearnerRecord, ToldLaws, learned, learner
 from mmt_drake.analysis.metrics import Metrics, measure
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
 
 T = TypeVar("T")
-_Figure = Zeroing | ModelTrust | ForceLateness | LearnerRecord | ToldLaws
+_Figure = Zeroing | ModelTrust | ForceLateness | LearnerRecord | ToldLaws | NothingCarried
 
 
 _FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
@@ -32,6 +32,7 @@ _FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
     "force_lateness": force_lateness,
     "learner": learner,
     "learned": learned,
+    "grip": nothing_lifted,
 }
 """Further figures of a run: their key, and what finds them in the recording; None where that knows nothing of them."""
 
@@ -129,8 +130,7 @@ class RunSummary:
 
 def further(recording: Recording, delay_s: float) -> dict[str, RunFigure]:
     """The further figures of a recording, by their key as data, and the delay from hand to probe in it [s]."""
-    carried = carried_object(recording, delay_s) or nothing_lifted(recording)
-    found = {name: find(recording) for name, find in _FIGURES.items()} | {"carried": carried}
+    found = {name: find(recording) for name, find in _FIGURES.items()} | {"carried": carried_object(recording, delay_s)}
     return {name: RunFigure(figure.to_json(), figure.line()) for name, figure in found.items() if figure is not None}
 
 

@@ -27,7 +27,7 @@ class Cloud:
 
     A cloud is a set of base points, where a rigid translation has taken them, and when. The neighbour structure is
     built once from the base points, here in the constructor; `moved` shares it, whatever the number of points. Of a
-    cloud that another process has told it is built when it is first asked for.
+    cloud that another process has told it is built when it, or a moved one, is first asked for.
 
     Args:
         points: (n, 3) base positions [m]; n may be 0. Copied.

@@ -90,8 +90,8 @@ class SeenScene:
         return self
 
     def vector(self, t: float) -> Array:
-        """(SCENE_SIZE,) it at a time; of too many the latest that are there."""
-        here = sorted(self.things, key=lambda each: (each.state == SeenState.TAKEN_AWAY, -each.thing))[:MOST]
+        """(SCENE_SIZE,) it at a time; of too many those that have been there longest: a newcomer has to wait."""
+        here = sorted(self.things, key=lambda each: (each.state == SeenState.TAKEN_AWAY, each.thing))[:MOST]
         scene = np.zeros(SCENE_SIZE)
         for i, thing in enumerate(sorted(here, key=lambda each: each.thing)):
             scene[i * ROW : (i + 1) * ROW] = thing.row(t)

@@ -19,7 +19,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.seen import SeenScene, SeenThing
@@ -33,7 +33,7 @@ _SAME_TOP = 0.008  # [m]: tops of one height
 _ALIKE = 0.004  # [m], and two and a half spacings: extents of one object
 _WHOLE = 0.002  # [m], and a spacing: of the extents that may be missing where all of it is seen
 _ROOM = 0.02  # [m] more than its extents: two objects were taken for one
-_RIM, _INNER = 0.008, 0.25  # [m] of a top at its rim, and the share of its points that is left without it, at least
+_RIM, _STEEP = 0.008, 4  # [m] from the rim of a top, within which points count less, by this power of the distance
 _STILL = 0.0015  # [m]: noise of a place
 _CALM = 0.1  # weight of a new place of an object that stands still
 _HEIGHT = 0.002  # weight of a new height, in the long run: it does not change
@@ -60,10 +60,13 @@ class _Cluster:
 
     @cached_property
     def top(self) -> float:
-        """Of its inner points, where it has enough: a camera mixes heights at a rim."""
-        inner = np.all(np.abs(self.across - self.middle) < 0.5 * self.extents - _RIM, axis=1)
-        chosen = inner if np.count_nonzero(inner) > _INNER * len(inner) else slice(None)
-        return float(self.points[chosen, 2].mean())
+        """A mean in which points count less the nearer they are to the rim, where a camera mixes heights."""
+        try:
+            rim = ConvexHull(self.across).equations
+        except QhullError:  # they stand in a line
+            return float(self.points[:, 2].mean())
+        inside = -(self.across @ rim[:, :2].T + rim[:, 2]).max(axis=1)
+        return float(np.average(self.points[:, 2], weights=np.clip(inside / _RIM, 1e-3, 1.0) ** _STEEP))
 
 
 @dataclass(frozen=True, eq=False)

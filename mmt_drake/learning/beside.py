@@ -20,8 +20,6 @@ from mmt_drake.learning.left import Left
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.own_process import OwnProcess, give_way, served
 
-"""Of its priority, as of `nice`."""
-
 
 @dataclass(frozen=True, eq=False)
 class Question:

@@ -164,7 +164,7 @@ def _delay(telerobot: Recording, clocks: ClockBounds) -> float:
 
 
 def told_delay(recording: Recording) -> float:
-    """What its scenario simulates on the way from the operator to the telerobot [s]; 0 where nothing says so.
+    """The operator-to-telerobot delay that a recording tells [s]; 0 where it tells none, as but an `.mcap` does.
 
     Raises:
         BadInput: what the file says is no time.

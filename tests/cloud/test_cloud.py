@@ -154,3 +154,13 @@ def test_another_process_has_the_same_cloud_by_a_number_of_its_own():
     assert there.kernel_arrays[3][SERIAL] != cloud.kernel_arrays[3][SERIAL]
     with pytest.raises(ValueError, match="read-only"):
         there.base[0] = 1.0
+
+
+def test_a_cloud_from_another_process_has_its_neighbours_once_it_is_asked_and_shares_them() -> None:
+    cloud = Cloud(np.random.default_rng(0).uniform(-0.1, 0.1, (500, 3)), normals=np.tile([0.0, 0.0, 1.0], (500, 1)))
+    told = pickle.loads(pickle.dumps(cloud))
+    moved = told.moved([0.0, 0.0, 0.1], 1.0)
+    for mine, theirs in zip(cloud.kernel_arrays[:3], moved.kernel_arrays[:3], strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+    assert moved.kernel_arrays[0] is told.kernel_arrays[0]
+    np.testing.assert_array_equal(told.lowered(0.01)[1], cloud.lowered(0.01)[1])

@@ -1,5 +1,7 @@
 """Objects on a table keep their identity from cloud to cloud, or lose it visibly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,28 @@ def test_each_object_has_a_row_with_place_size_and_height() -> None:
         assert row[[at.ALONG, at.ACROSS]] == pytest.approx(SIZES[name][:2], abs=8e-3)
         assert row[at.HEIGHT] == pytest.approx(SIZES[name][2], abs=1e-3)
         assert row[at.TOP] == pytest.approx(TABLE + SIZES[name][2], abs=1e-3)
+
+
+def test_heights_that_a_camera_mixes_at_a_rim_do_not_lower_a_top() -> None:
+    random, scene = np.random.default_rng(3), SeenScene()
+    for k in range(40):
+        t = (k + 1) * STEP
+        points = cloud_of({"brick": (0.0, 0.0)}, t, random).points()
+        brick = points[:, 2] > TABLE + 0.03
+        rim = brick & ((np.abs(points[:, :2]) > np.array([0.045, 0.035]) - 0.005).any(axis=1))
+        points[rim, 2] -= random.uniform(0.0, 0.002, np.count_nonzero(rim))
+        scene = tracked(scene, Cloud(points, stamp=t), FAR, t, TABLE, Tracking())
+    assert scene.things[0].top == pytest.approx(TABLE + SIZES["brick"][2], abs=3e-5)
+
+
+def test_of_seven_objects_the_newcomer_waits_until_one_is_taken_away() -> None:
+    film = Film()
+    film.show({"brick": (0.0, 0.0)}, 2)
+    (brick,) = film.scene.things
+    many = [replace(brick, thing=thing) for thing in range(1, 8)]
+    assert at.rows(SeenScene(tuple(many)).vector(1.0))[:, at.THING].tolist() == [1, 2, 3, 4, 5, 6]
+    many[2] = replace(many[2], state=SeenState.TAKEN_AWAY)
+    assert at.rows(SeenScene(tuple(many)).vector(1.0))[:, at.THING].tolist() == [1, 2, 4, 5, 6, 7]
 
 
 def test_an_empty_table_and_no_cloud_at_all_are_no_objects() -> None:

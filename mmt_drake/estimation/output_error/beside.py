@@ -20,7 +20,7 @@ from mmt_drake.own_process import OwnProcess, give_way, served
 
 _MODEL = 2.0  # in the place of `broken`: a model message, which is not answered
 _MET = 3.0  # an object that the probe is at, likewise
-_GIVES_WAY, _BY_THE_CLOCK = 19, 10  # as of `nice`: a run by simulated time waits for a fit, a whole period later
+_GIVES_WAY = 19  # as of `nice`, to a run by simulated time, which waits for a fit a whole period later
 
 
 class FitProcess(OwnProcess):
@@ -77,7 +77,10 @@ def serve(handle: int) -> None:
 
 def _begin(first: tuple[list[Path], OutputErrorOptions, bool]) -> Callable[[bytes], bytes | None]:
     files, options, waits = first
-    give_way(_GIVES_WAY if waits else _BY_THE_CLOCK)
+    if waits:
+        give_way(_GIVES_WAY)
+    else:
+        give_way()
     for file in files:
         register_file(file)
     learner = Learner(options)

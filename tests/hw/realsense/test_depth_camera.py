@@ -1,7 +1,7 @@
 """The camera block shows the newest cloud, says how old it is, and lets go of a surface that nobody sees any more."""
 
 import math
-import pickle
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +14,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 from realsense_samples import UNIT, plane_depth, told
 
+from mmt_drake.beside import Later, WorkProcess
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.camera import DepthCameraSystem
@@ -24,6 +25,7 @@ from mmt_drake.hw.realsense.noise import DepthNoise
 from mmt_drake.hw.realsense.rendered import RenderedScene
 from mmt_drake.hw.realsense.simulated import SimulatedDepthCameraSystem, SimulatedFrames, simulated_camera
 from mmt_drake.hw.realsense.stream import DepthFrame
+from mmt_drake.hw.realsense.view import Solid, TableScene
 from mmt_drake.hw.realsense.worker import CloudWorker
 
 
@@ -268,7 +270,55 @@ def test_a_rendered_scene_shows_a_body_where_it_is_and_is_the_same_in_another_pr
     v, u = small_camera.height // 2, small_camera.width // 2
     along = tilted.rotation()[2, 2] + tilted.rotation()[2, 1] * small_camera.rays()[v, u, 1]
     assert there[v, u] - lifted[v, u] == pytest.approx(-0.05 / along, abs=2e-4)
-    np.testing.assert_array_equal(pickle.loads(pickle.dumps(scene)).depth(), there)
+    with WorkProcess(RenderedScene.depth, scene.depth, in_real_time=True) as other:
+        np.testing.assert_array_equal(other.later(scene, (0.0, 0.0, 0.05)).value, lifted)
+        assert os.SCHED_OTHER not in _policies(other.process.pid)
+
+
+def _policies(pid: int) -> set[int]:
+    """Of all threads of a process."""
+    return {os.sched_getscheduler(int(thread)) for thread in os.listdir(f"/proc/{pid}/task")}
+
+
+def test_a_scene_is_seen_from_any_thread(small_camera: Intrinsics, tilted: Extrinsics) -> None:
+    scene, seen = RenderedScene(small_camera, tilted), []
+    there = scene.depth()
+    thread = threading.Thread(target=lambda: seen.append(scene.depth((0.01, 0.0, 0.0))))
+    thread.start()
+    thread.join()
+    assert np.isfinite(seen[0]).mean() == pytest.approx(np.isfinite(there).mean(), abs=0.01)
+    np.testing.assert_array_equal(seen[0], scene.depth((0.01, 0.0, 0.0)))
+
+
+def test_frames_of_several_bodies_have_each_where_it_is_and_the_probe(
+    small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    solids = tuple(Solid((0.04, 0.04, 0.05), (x, 0.0)) for x in (-0.05, 0.05))
+    frames = SimulatedFrames(RenderedScene(small_camera, tilted, TableScene(solids, -0.05, probe=0.005)))
+    context = frames.CreateDefaultContext()
+    frames.GetInputPort("bodies").FixValue(context, np.array([0.01, 0.02, 9.0, 9.0, 0.03, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    frames.GetInputPort("probe").FixValue(context, np.array([0.1, 0.2, 0.3]))
+    frame = frames.GetOutputPort("frame").Eval(context)
+    assert np.array(frame.at) == pytest.approx(np.array([[-0.04, 0.02, 0.03], [0.05, 0.0, 0.0], [0.1, 0.2, 0.3]]))
+    with pytest.raises(BadInput, match="a probe beside several solids"):
+        RenderedScene(small_camera, tilted, TableScene(solids, -0.05))
+
+
+def test_a_cloud_that_does_not_come_is_told_with_its_age_and_let_go(
+    small_camera: Intrinsics, tilted: Extrinsics, convert: DepthToCloud
+) -> None:
+    answers = [Later.known(convert(told(plane_depth(small_camera, tilted)), UNIT))]
+    never = Later(lambda: pytest.fail("nobody waits"), lambda: False)
+    camera = SimulatedDepthCameraSystem(
+        convert, latency=0.02, waits=False, apart=lambda *_: lambda *_: answers.pop() if answers else never
+    )
+    context = camera.CreateDefaultContext()
+    camera.get_input_port().FixValue(context, AbstractValue.Make(frame(told(plane_depth(small_camera, tilted)), 1)))
+    simulator, out = Simulator(camera, context), [camera.GetOutputPort(name) for name in ("camera", "point_cloud")]
+    for until_, fault, age in ((0.03, WELL, 0.02), (0.13, WELL, 0.12), (0.5, STALE, 0.02 + 14 / 30)):
+        simulator.AdvanceTo(until_)
+        assert out[0].Eval(context)[:2] == pytest.approx([fault, age], abs=1e-6)
+        assert (len(out[1].Eval(context)) > 0) == (fault == WELL)
 
 
 def test_pixels_that_are_not_square_are_refused(tilted: Extrinsics) -> None:
