@@ -158,6 +158,8 @@ def test_the_timeline_shows_contacts_in_the_operators_time_and_each_lag(stroke_r
     assert plant[0].get_extents().x0 == pytest.approx(-DELAY_S)
     released = stroke_run.time[np.flatnonzero(stroke_run["in_contact"] == 0.0)[0]] - DELAY_S
     assert plant[0].get_extents().x1 == pytest.approx(released, abs=2e-3)
+    told = charts.contact_timeline(replace(stroke_run, made_by={"to_telerobot_delay_s": str(DELAY_S)}))
+    assert told.axes[0].collections[0].get_paths()[0].get_extents().x0 == pytest.approx(-DELAY_S)
     touches = next(line for line in late.lines if "touch" in line.get_label())
     assert touches.get_ydata() == pytest.approx([800.0] * 4)
     assert "median 800 ms" in touches.get_label()
