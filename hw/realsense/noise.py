@@ -22,10 +22,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mmt_drake.errors import BadInput
-from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
+from mmt_drake.hw.realsense.depth import DepthImage, Image, Intrinsics
 from mmt_drake.quantities import Checked, Quantity
-
-Image = NDArray[np.float32]
 
 _JUMP = 0.01  # second difference of the depths of neighbours from which on they are two surfaces [m]
 _STEEPEST = math.radians(85.0)  # beyond, both formulas of the paper grow without bound

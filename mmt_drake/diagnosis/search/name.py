@@ -27,7 +27,7 @@ from mmt_drake.diagnosis.search.minima import (
 )
 from mmt_drake.diagnosis.search.screening import Enough, best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLING_STEPS, Screened, Seed, Start, added, all_starts, together
-from mmt_drake.diagnosis.search.watch import SearchSetup
+from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
 
 LEVELS = (
     "one missing effect",
@@ -90,8 +90,7 @@ def search(setup: SearchSetup, base: Fitted, *, enough: Enough) -> list[list[Fit
     singles = best_of_each([*found, *(s.fitted for s in screened)])
     if enough(found[0]):
         return [_made_up(setup, tries, singles)]
-    if watch.is_late():
-        watch.miss(["sets of 2 effects"])
+    if _no_time_for(2, watch):
         return [singles]
     seeds = _seeds(problem, found, base.cost)
     is_little = problem.left(base) <= _LITTLE
@@ -139,8 +138,7 @@ def _one_more(
     count = len(best.hypothesis.effects)
     if enough(best) or _rest(setup.problem, best) >= _TAKES_MOST * _rest(setup.problem, fewer):
         return []
-    if setup.watch.is_late():
-        setup.watch.miss([f"sets of {count + 1} effects"])
+    if _no_time_for(count + 1, setup.watch):
         return []
     seeds = _seeds(setup.problem, [best, *others], fewer.cost)
     if not seeds:  # beside numbers moved about, one effect less does as well
@@ -183,6 +181,14 @@ def _fitted(
         found = swap(setup, found)
     found = _other_minima(setup, simplify(setup, found))
     return found, best_of_each([*found, *(s.fitted for s in screened)])
+
+
+def _no_time_for(count: int, watch: Watch) -> bool:
+    """Whether it is late, and told so of sets of so many effects."""
+    late = watch.is_late()
+    if late:
+        watch.miss([f"sets of {count} effects"])
+    return late
 
 
 def _rest(problem: Problem, fitted: Fitted) -> float:
