@@ -93,6 +93,15 @@ def test_heights_that_a_camera_mixes_at_a_rim_do_not_lower_a_top() -> None:
     assert scene.things[0].top == pytest.approx(TABLE + SIZES["brick"][2], abs=3e-5)
 
 
+def test_where_a_camera_has_stopped_all_are_lost_and_stay_where_they_were() -> None:
+    film = Film()
+    film.show(THREE, 5)
+    t = film.t + 0.3
+    scene = tracked(film.scene, Cloud.empty(t), FAR, t, TABLE, Tracking())
+    assert [thing.state for thing in scene.things] == [SeenState.LOST] * 3
+    assert [thing.place for thing in scene.things] == [thing.place for thing in film.scene.things]
+
+
 def test_of_seven_objects_the_newcomer_waits_until_one_is_taken_away() -> None:
     film = Film()
     film.show({"brick": (0.0, 0.0)}, 2)
