@@ -12,6 +12,7 @@ from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
 from mmt_drake.analysis.learned import LearnerRecord, ToldLaws, learned, learner
 from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.model_trust import ModelTrust, model_trust
+from mmt_drake.analysis.objects_touched import ObjectsTouched, objects_touched
 from mmt_drake.analysis.passivity import Passivity, passivity
 from mmt_drake.analysis.zeroing import Zeroing, zeroing
 from mmt_drake.cli.output import RunFigure
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
 
 T = TypeVar("T")
-_Figure = Zeroing | ModelTrust | ForceLateness | LearnerRecord | ToldLaws | NothingCarried
+_Figure = Zeroing | ModelTrust | ForceLateness | LearnerRecord | ToldLaws | NothingCarried | ObjectsTouched
 
 
 _FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
@@ -33,6 +34,7 @@ _FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
     "learner": learner,
     "learned": learned,
     "grip": nothing_lifted,
+    "objects": objects_touched,
 }
 """Further figures of a run: their key, and what finds them in the recording; None where that knows nothing of them."""
 
