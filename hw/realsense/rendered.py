@@ -97,12 +97,12 @@ def _rendered(seen: RenderedScene, frames: tuple[Point3, ...]) -> Image:
 
 
 @lru_cache(maxsize=_KEPT)
-def _renderer(seen: RenderedScene, process: int, thread: int) -> _Renderer:
+def _renderer(seen: RenderedScene, process: int, thread: int) -> _DepthRenderer:
     """That of this thread: a renderer draws in no other."""
-    return _Renderer(seen)
+    return _DepthRenderer(seen)
 
 
-class _Renderer:
+class _DepthRenderer:
     def __init__(self, seen: RenderedScene) -> None:
         i, scene = seen.intrinsics, seen.scene
         builder = DiagramBuilder()

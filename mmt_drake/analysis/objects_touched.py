@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from mmt_drake.analysis.signals import flag, mean_step, stretches, vector
-from mmt_drake.model.scene_layout import MOST, SeenState
+from mmt_drake.model.scene_layout import MARGIN, MOST, SeenState
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording.recording import Recording
-from mmt_drake.systems.touched_object import MARGIN
 
 _PASSED_S = 0.05  # that a tip is within an object and does not touch it
 

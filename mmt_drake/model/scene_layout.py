@@ -14,6 +14,8 @@ THING, STATE, X, Y, TOP, HEIGHT, ALONG, ACROSS, AGE = range(len(ENTRY))
 ROW = len(ENTRY)
 MOST = 6
 """Objects that a scene holds."""
+MARGIN = 0.008
+"""By which a top may reach beyond what is seen of it [m]."""
 SCENE_SIZE = MOST * ROW
 SCENE = tuple(f"{i + 1}_{name}" for i in range(MOST) for name in ENTRY)
 """Names of the numbers."""

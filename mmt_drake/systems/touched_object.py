@@ -17,8 +17,6 @@ _CONTACT, _THING, _CLEARANCE, _FACET, _HEIGHT, _MEMORY = map(Layout(), (*PORT_SI
 # The memory: which is held, height of its top, the tip's height at the last tick, whether it has begun, the last facet,
 # the object's height, which is in the grip.
 _HELD, _TOP, _LAST, _BEGUN, _PLANE, _TALL, _KEPT, _SIZE = map(Layout(), (1, 1, 1, 1, FACET_SIZE, 1, 1, 0))
-MARGIN = 0.008
-"""By which a top may reach beyond what is seen of it [m]."""
 
 
 @njit(cache=True)
@@ -133,4 +131,4 @@ class TouchedObject(KernelSystem):
     def _compute(self, t: float, memory: Array, out: Array, position: Array, scene: Array, *gripped: Array) -> None:
         grip, has = gripped
         closed, told = (0.0, 0.0) if grip is None else (grip[0], has[0])
-        _read(memory, position, scene, closed, told, self._lost, MARGIN, out)
+        _read(memory, position, scene, closed, told, self._lost, at.MARGIN, out)
