@@ -190,7 +190,8 @@ class SimulatedDepthCameraSystem(LeafSystem):
             return
         taken = later.value
         shown.set_value(taken.cloud)
-        camera[:] = WELL if len(taken.cloud) else BLIND, self._latency, taken.lost
+        age = self._latency if self._waits else context.get_time() - taken.cloud.stamp
+        camera[:] = WELL if len(taken.cloud) else BLIND, age, taken.lost
 
     def _late(self, t: float, shown: AbstractValue, camera: Array) -> None:
         """No cloud has come in time: the one that is shown gets older, and is let go."""
