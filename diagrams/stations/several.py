@@ -137,9 +137,8 @@ class SeveralObjects:
     def tracker(self, site: Site) -> SceneTracker:
         """What sees them."""
         latency = 0.0 if isinstance(self.cloud, SurfaceCloud) else self.cloud.latency
-        offset = (
-            latency + 1.5 * site.step
-        )  # in the tick after that in which a cloud is taken over, which is work enough
+        # Not in the tick in which a cloud is taken over: that is work enough.
+        offset = latency + 1.5 * site.step
         grips = site.scenario.carrying is not None
         return SceneTracker(
             self.table,

@@ -15,6 +15,8 @@ from mmt_drake.systems.leaf import LeafSystem
 
 LOOK = 0.005
 """Between two looks at the worker [s]."""
+STALE_S = 0.25
+"""Age from which on a frame no longer counts, if nobody says another [s]."""
 
 
 class DepthCameraSystem(LeafSystem):
@@ -56,7 +58,7 @@ class DepthCameraSystem(LeafSystem):
         worker: CloudWorker,
         *,
         period: float = LOOK,
-        stale: float = 0.25,
+        stale: float = STALE_S,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__()

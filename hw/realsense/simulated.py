@@ -11,7 +11,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, State
 from mmt_drake.beside import Apart, Later, at_once
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput, check_number
-from mmt_drake.hw.realsense.camera import declare_camera_ports
+from mmt_drake.hw.realsense.camera import STALE_S, declare_camera_ports
 from mmt_drake.hw.realsense.depth import Converted, DepthImage, DepthToCloud, Image, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, NO_FRAME, STALE, WELL
@@ -52,9 +52,6 @@ class SimulatedFrame:
     def __deepcopy__(self, memo: object) -> Self:
         return self
 
-
-STALE_S = 0.25
-"""Age from which on a cloud is no surface any more [s]."""
 
 _NOWHERE = RenderedScene(Intrinsics(3, 3, 1.0, 1.0, 1.0, 1.0), Extrinsics((0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 0.0)))
 _NO_FRAME = SimulatedFrame(_NOWHERE, (), DepthNoise(), -1)
@@ -211,6 +208,7 @@ class _Conversion:
 
 
 def _look_at(frame: SimulatedFrame) -> None:
+    """Have a picture made; of a copy, so that the frame does not keep it."""
     replace(frame).depth  # noqa: B018
 
 

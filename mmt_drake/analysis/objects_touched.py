@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from mmt_drake.analysis.signals import flag, mean_step, stretches, vector
-from mmt_drake.model.scene_layout import MARGIN, MOST, SeenState
-from mmt_drake.numeric.arrays import Array, Flags
+from mmt_drake.model.scene_layout import ENTRY, MARGIN, MOST, SeenState, is_there
+from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.recording import Recording
 
 _PASSED_S = 0.05  # that a tip is within an object and does not touch it
@@ -50,24 +50,25 @@ def objects_touched(recording: Recording) -> ObjectsTouched | None:
         return None
     tip, contact, step = vector(recording, "position"), flag(recording, "detected_contact"), mean_step(recording)
     begins = [first for first, _ in stretches(contact)]
-    touches = {thing: int(np.count_nonzero(at[begins])) for thing, at in _within(recording, tip, MARGIN).items()}
-    within = _within(recording, tip, 0.0)
-    passed = {thing: step * int(np.count_nonzero(at & ~contact)) for thing, at in within.items()}
+    beyond = _beyond(recording, tip)
+    touches = {thing: int(np.count_nonzero(off[begins] <= MARGIN)) for thing, off in beyond.items()}
+    passed = {thing: step * int(np.count_nonzero((off <= 0.0) & ~contact)) for thing, off in beyond.items()}
     return ObjectsTouched(touches, {thing: seconds for thing, seconds in passed.items() if seconds > _PASSED_S})
 
 
-def _within(recording: Recording, tip: Array, margin: float) -> dict[int, Flags]:
-    """Of each object that is in a scene when the tip was below its top, and over its outline or so near to it [m]."""
-    found: dict[int, Flags] = {}
+def _beyond(recording: Recording, tip: Array) -> dict[int, Array]:
+    """Of each object how far the tip was beyond its outline [m], negative over it; inf where it was not below its top.
+
+    Nor is it below that of one that is not there, or off the table.
+    """
+    found: dict[int, Array] = {}
     for row in range(1, MOST + 1):
-        things, state = recording[f"scene_{row}_thing"], recording[f"scene_{row}_state"]
-        over = np.ones(len(tip), dtype=bool)
-        for k, (place, extent) in enumerate((("x", "along"), ("y", "across"))):
-            off = np.abs(tip[:, k] - recording[f"scene_{row}_{place}"])
-            over &= off <= 0.5 * recording[f"scene_{row}_{extent}"] + margin
-        below = over & (tip[:, 2] < recording[f"scene_{row}_top"])
-        there = (state != SeenState.NONE) & (state != SeenState.TAKEN_AWAY) & (state != SeenState.CARRIED)
-        for thing in np.unique(things[things > 0.0]).astype(int).tolist():
-            now = below & there & (things == thing)
-            found[thing] = found[thing] | now if thing in found else now
+        entry = {name: recording[f"scene_{row}_{name}"] for name in ENTRY}
+        x = np.abs(tip[:, 0] - entry["x"]) - 0.5 * entry["along"]
+        y = np.abs(tip[:, 1] - entry["y"]) - 0.5 * entry["across"]
+        there = is_there(entry["state"]) & (entry["state"] != SeenState.CARRIED)
+        off = np.where(there & (tip[:, 2] < entry["top"]), np.maximum(x, y), np.inf)
+        for thing in np.unique(entry["thing"][entry["thing"] > 0.0]).astype(int).tolist():
+            now = np.where(entry["thing"] == thing, off, np.inf)
+            found[thing] = np.minimum(found[thing], now) if thing in found else now
     return dict(sorted(found.items()))

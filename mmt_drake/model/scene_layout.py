@@ -1,6 +1,7 @@
 """A scene as a vector: what is seen of objects on a table, a row each, as it is recorded and crosses the network."""
 
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -41,9 +42,9 @@ class SeenState(IntEnum):
 
 
 @njit(cache=True)
-def is_there(state: float) -> bool:
-    """Whether an object in this state may be touched."""
-    return state != SeenState.NONE.value and state != SeenState.TAKEN_AWAY.value
+def is_there(state: Any) -> Any:
+    """Whether an object in this state may be touched: of one state, or of each of an array."""
+    return (state != SeenState.NONE.value) & (state != SeenState.TAKEN_AWAY.value)
 
 
 @njit(cache=True)
