@@ -32,6 +32,7 @@ class PlacedObject:
         at: x, y of the middle of its top at first [m].
         size: its sides along x and y, and its height [m]; of a cylinder the first is the diameter.
         round: it is a cylinder.
+        colour: of it, as a camera sees it: sRGB from 0 to 1.
         object: its structure and numbers.
         centre: its centre of mass below its top, where a grip holds it [m]; null: half its height.
     """
@@ -39,12 +40,15 @@ class PlacedObject:
     at: tuple[float, float] = (0.0, 0.0)
     size: tuple[float, float, float] = (0.08, 0.08, 0.05)
     round: bool = False
+    colour: tuple[float, float, float] = (0.6, 0.6, 0.6)
     object: FlexibleBoxModel = FlexibleBoxModel()
     centre: Annotated[float | None, Quantity("m", 0.005, 0.5)] = None
 
     def __post_init__(self) -> None:
         for value in self.size:
             check_number("object", "size", value, least=0.0, open_interval=True)
+        if not all(0.0 <= value <= 1.0 for value in self.colour):
+            raise BadInput("object", at="colour", found=self.colour, expected="red, green and blue from 0 to 1")
         if self.centre is not None:
             quantities(PlacedObject)["centre"].check("object", "centre", self.centre)
 
@@ -111,8 +115,11 @@ class SeveralObjects:
         """What a camera looks at."""
         from mmt_drake.hw.realsense.view import Solid, TableScene
 
-        solids = tuple(Solid(each.size, each.at, each.top, each.round) for each in self.on_table())
-        return TableScene(solids, self.table, probe=0.005)
+        solids = (
+            Solid(each.size, each.at, self.table + each.size[2], each.round, each.colour)
+            for each in self.things.values()
+        )
+        return TableScene(tuple(solids), self.table, probe=0.005)
 
     def build(self, site: Site) -> System:
         """The plant.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -19,6 +19,9 @@ from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.settings import CloudSettings
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.quantities import Checked, Length, Quantity
+
+if TYPE_CHECKING:
+    from mmt_drake.hw.realsense.colour import ColourImage
 
 DepthImage = NDArray[np.uint16]
 Image = NDArray[np.float32]
@@ -53,13 +56,17 @@ class Intrinsics(Checked):
     CALLED: ClassVar = "intrinsics"
 
     @classmethod
-    def of_profile(cls, intrinsics: Any) -> Intrinsics:
+    def of_profile(cls, intrinsics: Any, *, distorted: bool = False) -> Intrinsics:
         """From a `pyrealsense2.intrinsics`.
+
+        Args:
+            intrinsics: they.
+            distorted: take one with distortion for one without, where a few pixels do not count.
 
         Raises:
             BadInput: it has distortion, which a depth image should not have.
         """
-        if any(abs(c) > 1e-9 for c in intrinsics.coeffs):
+        if not distorted and any(abs(c) > 1e-9 for c in intrinsics.coeffs):
             raise BadInput("intrinsics", at="coeffs", found=intrinsics.coeffs, expected="a rectified depth image")
         return cls(intrinsics.width, intrinsics.height, intrinsics.fx, intrinsics.fy, intrinsics.ppx, intrinsics.ppy)
 
@@ -67,6 +74,11 @@ class Intrinsics(Checked):
         """(height, width, 3) the points of the optical frame at depth 1."""
         v, u = np.mgrid[: self.height, : self.width].astype(np.float64)
         return np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones_like(u)], axis=-1)
+
+    def pixels(self, points: Array) -> Array:
+        """(n, 2) u, v [px] at which points (n, 3) of the optical frame are seen, all ahead of the camera."""
+        across = points[:, :2] / points[:, 2:]
+        return np.asarray(across * (self.fx, self.fy) + (self.cx, self.cy))
 
     def points(self, depth: DepthImage, unit: float) -> Array:
         """(n, 3) points [m], optical frame, of the pixels that have a depth."""
@@ -142,7 +154,8 @@ class DepthToCloud:
         smooth: TemporalFilter | None = None,
     ) -> None:
         self.intrinsics, self.settings, self.smooth = intrinsics, settings or CloudSettings(), smooth
-        self._rays = np.ascontiguousarray(intrinsics.rays() @ extrinsics.rotation().T)
+        self._rotation = extrinsics.rotation()
+        self._rays = np.ascontiguousarray(intrinsics.rays() @ self._rotation.T)
         self._origin = np.array(extrinsics.position)
         s = self.settings
         self._box = np.array([*s.low, *s.high])
@@ -150,7 +163,14 @@ class DepthToCloud:
         shape = intrinsics.height, intrinsics.width  # compiles before the clock starts
         self(np.zeros(shape, np.uint16), 0.001)
 
-    def __call__(self, depth: DepthImage, unit: float, stamp: float = 0.0, before: Image | None = None) -> Converted:
+    def __call__(
+        self,
+        depth: DepthImage,
+        unit: float,
+        stamp: float = 0.0,
+        before: Image | None = None,
+        colour: ColourImage | None = None,
+    ) -> Converted:
         """The cloud of a depth image.
 
         Args:
@@ -158,6 +178,7 @@ class DepthToCloud:
             unit: of depth [m].
             stamp: when it was taken [s].
             before: `Converted.image` of the frame before, if frames are smoothed.
+            colour: taken beside it; the cloud then has colours.
 
         Raises:
             BadInput: another size or kind of image.
@@ -175,7 +196,8 @@ class DepthToCloud:
         if self.settings.voxel is not None:
             first, cells = (np.array(numbers) for numbers in self.settings.cells())
             points = _voxel_means(points, first, cells, self.settings.voxel, self.settings.support)
-        return Converted(Cloud(points, stamp=stamp), lost / depth.size, image)
+        colours = None if colour is None else colour.at((points - self._origin) @ self._rotation)
+        return Converted(Cloud(points, stamp=stamp, colours=colours), lost / depth.size, image)
 
 
 @njit(cache=True, nogil=True)

@@ -1,4 +1,4 @@
-"""What a perfect depth camera sees of bodies on a table, rendered by Drake."""
+"""What a perfect camera of depth and colour sees of bodies on a table, rendered by Drake."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 from threading import get_ident
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.geometry import (
     Box,
     ClippingRange,
@@ -33,13 +35,14 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from mmt_drake.errors import BadInput
+from mmt_drake.hw.realsense.colour import ColourImage
 from mmt_drake.hw.realsense.depth import Image, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
-from mmt_drake.hw.realsense.view import BOX, Point, Solid, TableScene
+from mmt_drake.hw.realsense.view import BOX, GREY, Colour, Point, Solid, TableScene
 
 Point3 = tuple[float, float, float]
 
-_RENDERER = "depth"
+_RENDERER = "scene"
 _SHAFT = 0.15  # length of the probe [m]
 _TABLE = (1.5, 1.5, 0.05)  # size of the table's top [m]
 _NEAR, _FAR = 0.05, 5.0  # of what is rendered [m]
@@ -86,6 +89,10 @@ class RenderedScene:
         """
         return _rendered(self, frames or self._untouched())
 
+    def colour(self, *frames: Point3) -> ColourImage:
+        """The same in colour, from where depth is seen, without shade."""
+        return ColourImage(_coloured(self, frames or self._untouched()), self.intrinsics)
+
     def _untouched(self) -> tuple[Point3, ...]:
         bodies = tuple((x, y, 0.0) for x, y in self.origins)
         return bodies if self.scene.probe is None else (*bodies, (0.0, 0.0, 2.0 * _FAR))
@@ -93,16 +100,22 @@ class RenderedScene:
 
 @lru_cache(maxsize=1)  # cameras of different errors look at the same picture
 def _rendered(seen: RenderedScene, frames: tuple[Point3, ...]) -> Image:
-    return _renderer(seen, os.getpid(), get_ident())(frames)
+    depth: Image = _renderer(seen, os.getpid(), get_ident()).draw("depth", frames)[..., 0]
+    return depth
+
+
+def _coloured(seen: RenderedScene, frames: tuple[Point3, ...]) -> NDArray[np.uint8]:
+    pixels: NDArray[np.uint8] = _renderer(seen, os.getpid(), get_ident()).draw("colour", frames)[..., :3]
+    return pixels
 
 
 @lru_cache(maxsize=_KEPT)
-def _renderer(seen: RenderedScene, process: int, thread: int) -> _DepthRenderer:
+def _renderer(seen: RenderedScene, process: int, thread: int) -> _SceneRenderer:
     """That of this thread: a renderer draws in no other."""
-    return _DepthRenderer(seen)
+    return _SceneRenderer(seen)
 
 
-class _DepthRenderer:
+class _SceneRenderer:
     def __init__(self, seen: RenderedScene) -> None:
         i, scene = seen.intrinsics, seen.scene
         builder = DiagramBuilder()
@@ -129,23 +142,25 @@ class _DepthRenderer:
         builder.Connect(graph.get_query_output_port(), sensor.query_object_input_port())
         builder.ExportInput(graph.get_source_pose_port(source), "poses")
         builder.ExportOutput(sensor.depth_image_32F_output_port(), "depth")
+        builder.ExportOutput(sensor.color_image_output_port(), "colour")
         self._diagram = builder.Build()
         self._context = self._diagram.CreateDefaultContext()
 
-    def __call__(self, frames: tuple[Point3, ...]) -> Image:
+    def draw(self, what: str, frames: tuple[Point3, ...]) -> NDArray[Any]:
+        """(height, width, channels) a picture, read-only."""
         poses = FramePoseVector()
         for frame, at in zip(self._frames, frames, strict=True):
             poses.set_value(frame, RigidTransform(np.array(at)))
         self._diagram.GetInputPort("poses").FixValue(self._context, poses)
-        picture = np.array(self._diagram.GetOutputPort("depth").Eval(self._context).data[..., 0])
+        picture = np.array(self._diagram.GetOutputPort(what).Eval(self._context).data)
         picture.flags.writeable = False
         return picture
 
 
-def _instance(name: str, shape: Shape, middle: Point3) -> GeometryInstance:
+def _instance(name: str, shape: Shape, middle: Point3, colour: Colour = GREY) -> GeometryInstance:
     made = GeometryInstance(RigidTransform(np.array(middle)), shape, name)
     seen = PerceptionProperties()
-    seen.AddProperty("phong", "diffuse", Rgba(0.6, 0.6, 0.6, 1.0))
+    seen.AddProperty("phong", "diffuse", Rgba(*colour, 1.0))
     seen.AddProperty("label", "id", RenderLabel(1))
     made.set_perception_properties(seen)
     return made
@@ -155,4 +170,4 @@ def _solid(name: str, solid: Solid) -> GeometryInstance:
     """A body about the axis through its origin, its top where it is."""
     wide, deep, high = solid.size
     shape = CylinderShape(0.5 * wide, high) if solid.round else Box(wide, deep, high)
-    return _instance(name, shape, (0.0, 0.0, solid.top - 0.5 * high))
+    return _instance(name, shape, (0.0, 0.0, solid.top - 0.5 * high), solid.colour)

@@ -12,6 +12,7 @@ from mmt_drake.beside import Apart, Later, at_once
 from mmt_drake.cloud import Cloud
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.camera import STALE_S, declare_camera_ports
+from mmt_drake.hw.realsense.colour import ColourImage
 from mmt_drake.hw.realsense.depth import Converted, DepthImage, DepthToCloud, Image, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, NO_FRAME, STALE, WELL
@@ -21,6 +22,8 @@ from mmt_drake.hw.realsense.view import BOX, TableScene
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.leaf import LeafSystem
 from mmt_drake.systems.objects_on_table import OF_A_BODY
+
+_COLOUR_S = 1.0  # between frames in colour
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +35,14 @@ class SimulatedFrame:
         at: where that is now, see `RenderedScene.depth`.
         noise: the camera's errors.
         number: of the frame.
+        coloured: every so many-th frame is in colour, too.
     """
 
     seen: RenderedScene
     at: tuple[Point3, ...]
     noise: DepthNoise
     number: int
+    coloured: int = 1
 
     @property
     def unit(self) -> float:
@@ -48,6 +53,11 @@ class SimulatedFrame:
     def depth(self) -> DepthImage:
         """(height, width) in units, 0 without depth."""
         return self.noise.apply(self.seen.depth(*self.at), self.seen.intrinsics, self.number)
+
+    @cached_property
+    def colour(self) -> ColourImage | None:
+        """In colour; of the first frame and one in a second, since objects keep their colours."""
+        return self.seen.colour(*self.at) if self.number % self.coloured == 0 else None
 
     def __deepcopy__(self, memo: object) -> Self:
         return self
@@ -93,7 +103,7 @@ class SimulatedFrames(LeafSystem):
         super().__init__()
         check_number("simulated camera", "rate", rate, least=0.0, open_interval=True)
         self._rate = rate
-        self.untouched = SimulatedFrame(seen, (), noise or DepthNoise(), 0)
+        self.untouched = SimulatedFrame(seen, (), noise or DepthNoise(), 0, max(1, round(rate * _COLOUR_S)))
         if seen.scene.probe is None:
             self.declare_inputs("body", bodies=0, probe=0)
         else:
@@ -204,12 +214,13 @@ class _Conversion:
     convert: DepthToCloud
 
     def __call__(self, frame: SimulatedFrame, t: float, before: Image | None) -> Converted:
-        return self.convert(frame.depth, frame.unit, t, before)
+        return self.convert(frame.depth, frame.unit, t, before, frame.colour)
 
 
 def _look_at(frame: SimulatedFrame) -> None:
-    """Have a picture made; of a copy, so that the frame does not keep it."""
-    replace(frame).depth  # noqa: B018
+    """Have pictures made; of a copy, so that the frame does not keep them."""
+    unkept = replace(frame)
+    unkept.depth, unkept.colour  # noqa: B018
 
 
 def simulated_camera(

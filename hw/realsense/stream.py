@@ -1,51 +1,24 @@
 """Depth frames from a RealSense camera, from a recording of one, or from librealsense's software device."""
 
-import functools
-import importlib
 import queue
 import time
 from collections.abc import Callable, Generator
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mmt_drake.closing import Closing
-from mmt_drake.errors import BadInput, MissingDependency, one_line
+from mmt_drake.errors import BadInput, one_line
 from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.realsense.colour import ColourImage
+from mmt_drake.hw.realsense.colour_stream import ColourStream, colour_sensor
 from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
+from mmt_drake.hw.realsense.sdk import load_sdk, new_context
 
 _QUEUED = 4  # frames of a recording read ahead
 _END_OF_RECORDING = 2.0  # [s] without a frame
 _CLOSED_WITHIN = 1.0  # [s]
-
-
-def load_sdk() -> ModuleType:
-    """The module `pyrealsense2`, which brings its own librealsense.
-
-    Raises:
-        MissingDependency: it is not here, or does not load.
-    """
-    try:
-        return importlib.import_module("pyrealsense2")
-    except ImportError as error:
-        raise MissingDependency(
-            f"realsense: Python package pyrealsense2 not found ({one_line(error)}); get it with: "
-            "pip install 'mmt_drake[realsense]'"
-        ) from None
-
-
-@functools.cache
-def _kept_context() -> Any:
-    """Held while the process lives: librealsense crashes where its last one goes while its device watcher starts."""
-    return load_sdk().context()
-
-
-def _context() -> Any:
-    """A new one, as a recording can be opened once in each."""
-    _kept_context()
-    return load_sdk().context()
 
 
 class DepthFrame(NamedTuple):
@@ -57,6 +30,7 @@ class DepthFrame(NamedTuple):
         number: as the camera counts; gaps are frames lost.
         device_time: of the frame [s], by the camera's or the recording's clock.
         arrival: when it came in [s], by the stream's clock.
+        colour: the newest picture in colour since the frame before; None: there is none.
     """
 
     depth: DepthImage
@@ -64,6 +38,7 @@ class DepthFrame(NamedTuple):
     number: int
     device_time: float
     arrival: float
+    colour: ColourImage | None = None
 
 
 Frames = Generator[DepthFrame, None, None]
@@ -77,17 +52,23 @@ class DepthStream(Closing):
         profile: the stream to open.
         keeps: what the sensor belongs to and must live as long.
         clock: of arrivals [s].
+        colour: sensor and profile of colour, if that is to be told, too.
 
     Attributes:
         intrinsics: of the images.
 
     Raises:
-        DeviceError: the sensor does not start.
+        DeviceError: the sensor does not start, or that of colour.
         BadInput: images with distortion.
     """
 
     def __init__(
-        self, sensor: Any, profile: Any, keeps: Any = None, clock: Callable[[], float] = time.monotonic
+        self,
+        sensor: Any,
+        profile: Any,
+        keeps: Any = None,
+        clock: Callable[[], float] = time.monotonic,
+        colour: tuple[Any, Any] | None = None,
     ) -> None:
         self.intrinsics = Intrinsics.of_profile(profile.as_video_stream_profile().get_intrinsics())
         self._sensor, self._keeps, self._clock = sensor, keeps, clock
@@ -102,7 +83,12 @@ class DepthStream(Closing):
                 raise
         except RuntimeError as error:
             raise DeviceError(f"realsense: the depth stream does not start: {one_line(error)}") from None
-        self._open = True
+        self._open, self._colour = True, None
+        try:
+            self._colour = None if colour is None else ColourStream(*colour, profile)
+        except DeviceError:
+            self.close()
+            raise
 
     def read(self, timeout: float = 0.1) -> DepthFrame | None:
         """The newest frame not yet read, or None after `timeout` [s] without one.
@@ -113,17 +99,24 @@ class DepthStream(Closing):
         if not self._open:
             raise DeviceError("realsense: the depth stream is closed")
         came, frame = self._queue.try_wait_for_frame(max(1, round(timeout * 1e3)))
-        return _copied(frame, self._clock()) if came else None
+        if not came:
+            return None
+        colour = None if self._colour is None else self._colour.newest()
+        return _copied(frame, self._clock())._replace(colour=colour)
 
     def close(self) -> None:
         """Stop the sensor; a second time does nothing."""
         if self._open:
             self._open = False
+            if self._colour is not None:
+                self._colour.close()
             self._sensor.stop()
             self._sensor.close()
 
 
-def open_camera(serial: str | None = None, *, width: int = 640, height: int = 480, rate: int = 30) -> DepthStream:
+def open_camera(
+    serial: str | None = None, *, width: int = 640, height: int = 480, rate: int = 30, colour: bool = False
+) -> DepthStream:
     """Open the depth stream of a camera that is plugged in.
 
     Args:
@@ -131,13 +124,14 @@ def open_camera(serial: str | None = None, *, width: int = 640, height: int = 48
         width: of the images [px].
         height: of the images [px].
         rate: images per second [Hz].
+        colour: have its sensor of colour see, too, at its slowest.
 
     Raises:
         MissingDependency: pyrealsense2 is not here.
         DeviceError: no such camera, or no such stream of it.
     """
     sdk = load_sdk()
-    devices = {device.get_info(sdk.camera_info.serial_number): device for device in _context().query_devices()}
+    devices = {device.get_info(sdk.camera_info.serial_number): device for device in new_context().query_devices()}
     if not devices:
         raise DeviceError("realsense: no camera found; plug one in (USB 3), and see `rs-enumerate-devices`")
     if serial is not None and serial not in devices:
@@ -148,17 +142,20 @@ def open_camera(serial: str | None = None, *, width: int = 640, height: int = 48
     for profile in profiles:
         video = profile.as_video_stream_profile()
         if (video.width(), video.height(), video.fps()) == (width, height, rate):
-            return DepthStream(sensor, profile, device)
+            return DepthStream(sensor, profile, device, colour=colour_sensor(device, profile) if colour else None)
     offered = sorted({(p.as_video_stream_profile().width(), p.as_video_stream_profile().height()) for p in profiles})
     sizes = ", ".join(f"{w} x {h}" for w, h in offered)
     raise DeviceError(f"realsense: no depth stream of {width} x {height} at {rate} Hz; the camera offers {sizes}")
 
 
-def open_sensor(sensor: Any, keeps: Any = None, *, clock: Callable[[], float] = time.monotonic) -> DepthStream:
+def open_sensor(
+    sensor: Any, keeps: Any = None, *, clock: Callable[[], float] = time.monotonic, colour: bool = False
+) -> DepthStream:
     """Open the first depth stream of a sensor that is at hand already, of a `software_device` for one.
 
     Args:
         sensor, keeps, clock: as for `DepthStream`.
+        colour: have the sensor of colour of what it belongs to, `keeps`, see, too.
 
     Raises:
         DeviceError: it has none, or it does not start.
@@ -166,7 +163,7 @@ def open_sensor(sensor: Any, keeps: Any = None, *, clock: Callable[[], float] = 
     profiles = _depth_profiles(sensor)
     if not profiles:
         raise DeviceError("realsense: the sensor has no depth stream")
-    return DepthStream(sensor, profiles[0], keeps, clock)
+    return DepthStream(sensor, profiles[0], keeps, clock, colour_sensor(keeps, profiles[0]) if colour else None)
 
 
 def recorded_frames(path: str | Path) -> tuple[Intrinsics, Frames]:
@@ -281,7 +278,7 @@ def _recorded(path: str | Path) -> tuple[Any, Any, Any]:
     if not Path(path).is_file():
         raise BadInput(path, found="no such file", expected="a recording of a RealSense camera")
     try:
-        device = _context().load_device(str(path))
+        device = new_context().load_device(str(path))
         sensors = device.query_sensors()
     except RuntimeError as error:
         raise BadInput(path, found=one_line(error), expected="a recording of a RealSense camera (.db3)") from None

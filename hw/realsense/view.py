@@ -11,6 +11,9 @@ from mmt_drake.hw.realsense.depth import Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 
 Point = tuple[float, float]
+Colour = tuple[float, float, float]
+"""sRGB from 0 to 1."""
+GREY: Colour = (0.6, 0.6, 0.6)
 
 
 class Solid(NamedTuple):
@@ -21,12 +24,14 @@ class Solid(NamedTuple):
         at: x, y of its middle [m].
         top: height of its top in the table frame [m].
         round: it is a cylinder.
+        colour: of it.
     """
 
     size: tuple[float, float, float]
     at: Point
     top: float = 0.0
     round: bool = False
+    colour: Colour = GREY
 
 
 @dataclass(frozen=True)

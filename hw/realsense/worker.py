@@ -86,7 +86,9 @@ class CloudWorker(Closing):
         before, self._before = self._before, frame
         passed_over = None if before is None else _repeats(frame, before)
         if passed_over is None:
-            cloud, lost, self._smoothed = self._convert(frame.depth, frame.unit, frame.device_time, self._smoothed)
+            cloud, lost, self._smoothed = self._convert(
+                frame.depth, frame.unit, frame.device_time, self._smoothed, frame.colour
+            )
             if len(cloud):
                 self.latest = LatestFrame(cloud, frame.arrival, frame.number, lost)
             else:

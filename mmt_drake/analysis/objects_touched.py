@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from mmt_drake.analysis.signals import flag, mean_step, stretches, vector
-from mmt_drake.model.scene_layout import ENTRY, MARGIN, MOST, SeenState, is_there
+from mmt_drake.model.scene_layout import MARGIN, MOST, SeenState, is_there
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.recording import Recording
 
+_READ = "thing", "state", "x", "y", "top", "along", "across"
 _PASSED_S = 0.05  # that a tip is within an object and does not touch it
 
 
@@ -63,7 +64,7 @@ def _beyond(recording: Recording, tip: Array) -> dict[int, Array]:
     """
     found: dict[int, Array] = {}
     for row in range(1, MOST + 1):
-        entry = {name: recording[f"scene_{row}_{name}"] for name in ENTRY}
+        entry = {name: recording[f"scene_{row}_{name}"] for name in _READ}
         x = np.abs(tip[:, 0] - entry["x"]) - 0.5 * entry["along"]
         y = np.abs(tip[:, 1] - entry["y"]) - 0.5 * entry["across"]
         there = is_there(entry["state"]) & (entry["state"] != SeenState.CARRIED)

@@ -33,13 +33,21 @@ class Cloud:
         points: (n, 3) base positions [m]; n may be 0. Copied.
         stamp: when the surface was there [s].
         normals: (n, 3) outward unit normals at the points; None: nobody has said, and up is taken for out.
+        colours: (n, 3) sRGB at the points, 0 to 1, NaN where it is not seen; None: nobody has said.
 
     Raises:
         BadInput: points are not (n, 3), or a number is not finite, or a point further than 100 m along an axis; normals
-            that are none, or most of which point down into the surface.
+            that are none, or most of which point down into the surface; colours that are none.
     """
 
-    def __init__(self, points: ArrayLike, *, stamp: float = 0.0, normals: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        points: ArrayLike,
+        *,
+        stamp: float = 0.0,
+        normals: ArrayLike | None = None,
+        colours: ArrayLike | None = None,
+    ) -> None:
         base = np.array(points, dtype=np.float64, order="C")
         if base.ndim != 2 or base.shape[1] != 3:
             raise BadInput("cloud", at="points", found=f"an array of shape {base.shape}", expected="shape (n, 3)")
@@ -52,6 +60,7 @@ class Cloud:
         grid = build_grid(base)
         serial = float(next(_serial_numbers))
         self._normals = None if normals is None else _checked_normals(normals, len(base))
+        self._colours = None if colours is None else _checked_colours(colours, len(base))
         self._lowered: dict[float, tuple[Grid, Array]] = {}
         self._fill(base, grid, (0.0, 0.0, 0.0, serial, _spacing(base, grid)), stamp)
 
@@ -71,7 +80,8 @@ class Cloud:
     def __reduce__(self) -> tuple[Any, ...]:
         """As another process is told it, where it is another cloud, with a number of its own."""
         header = self._header.tolist()
-        return _restored, (type(self), self._base, self._normals, header[:SERIAL], header[SERIAL + 1 :], self._stamp)
+        told = self._base, self._normals, self._colours
+        return _restored, (type(self), told, header[:SERIAL], header[SERIAL + 1 :], self._stamp)
 
     @classmethod
     def empty(cls, stamp: float = 0.0) -> Self:
@@ -81,7 +91,7 @@ class Cloud:
     def moved(self, translation: ArrayLike, stamp: float) -> Self:
         """The same base points at another translation (from the base, not from here) and time; nothing is copied."""
         other = object.__new__(type(self))
-        other._normals, other._lowered = self._normals, self._lowered
+        other._normals, other._colours, other._lowered = self._normals, self._colours, self._lowered
         other._fill(self._base, self._grid, (*_vector(translation), *self._header[SERIAL:]), stamp)
         return other
 
@@ -94,6 +104,11 @@ class Cloud:
     def normals(self) -> Array | None:
         """(n, 3) outward unit normals at the base points, read-only; None where nobody has said."""
         return self._normals
+
+    @property
+    def colours(self) -> Array | None:
+        """(n, 3) sRGB at the base points, 0 to 1, NaN where it is not seen, read-only; None where nobody has said."""
+        return self._colours
 
     def with_normals(self) -> Self:
         """The same points with normals by Open3D, which all point up: what a camera above has seen is outward.
@@ -108,7 +123,8 @@ class Cloud:
         reach = max(3.0 * self.spacing, 3e-3)
         cloud.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius=reach, max_nn=50))
         found = np.asarray(cloud.normals)
-        return type(self)(self.points(), stamp=self.stamp, normals=np.where(found[:, 2:] < 0.0, -found, found))
+        outward = np.where(found[:, 2:] < 0.0, -found, found)
+        return type(self)(self.points(), stamp=self.stamp, normals=outward, colours=self._colours)
 
     def lowered(self, offset: float) -> tuple[Grid, Array]:
         """Grid of the base points moved against their normals by an offset [m], and (3, n) the normals in its order.
@@ -180,14 +196,31 @@ def _checked_normals(normals: ArrayLike, n: int) -> Array:
     return given
 
 
+def _checked_colours(colours: ArrayLike, n: int) -> Array:
+    given = np.array(colours, dtype=np.float64)
+    if given.shape != (n, 3):
+        raise BadInput("cloud", at="colours", found=f"shape {given.shape}", expected=f"shape ({n}, 3)")
+    wrong = ((given < 0.0) | (given > 1.0)).any(axis=1)
+    if wrong.any():
+        bad = int(np.flatnonzero(wrong)[0])
+        raise BadInput("cloud", at=f"colour {bad}", found=given[bad], expected="sRGB from 0 to 1")
+    given.flags.writeable = False
+    return given
+
+
 def _restored(
-    kind: type[Cloud], base: Array, normals: Array | None, translation: list[float], spacing: list[float], stamp: float
+    kind: type[Cloud],
+    told: tuple[Array, Array | None, Array | None],
+    translation: list[float],
+    spacing: list[float],
+    stamp: float,
 ) -> Cloud:
     cloud = object.__new__(kind)
-    for kept in (base, normals):
+    for kept in told:
         if kept is not None:
             kept.flags.writeable = False
-    cloud._normals, cloud._lowered = normals, {}
+    base, cloud._normals, cloud._colours = told
+    cloud._lowered = {}
     cloud._fill(base, None, (*translation, float(next(_serial_numbers)), *spacing), stamp)
     return cloud
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 
-from mmt_drake.model.scene_layout import MOST, ROW, SCENE_SIZE, SeenState
+from mmt_drake.model.scene_layout import COLOUR, MOST, ROW, SCENE_SIZE, SeenState
 from mmt_drake.numeric.arrays import Array
 
+UNCOLOURED = (math.nan,) * len(COLOUR)
+"""The colour of what nobody has seen in colour."""
 _SHOWN_S = 0.5  # that something is told
 
 
@@ -31,6 +34,7 @@ class SeenThing:
         frames: for how many frames something has been odd.
         looks: how often it was seen apart from others.
         cut: it may go on beyond the edge of what is seen: what more comes into view is of it.
+        colour: of its top, as `mmt_drake.model.scene_layout.COLOUR`.
     """
 
     thing: int
@@ -46,6 +50,7 @@ class SeenThing:
     frames: int = 0
     looks: int = 1
     cut: bool = False
+    colour: tuple[float, ...] = UNCOLOURED
 
     @property
     def size(self) -> tuple[float, float]:
@@ -66,7 +71,8 @@ class SeenThing:
 
     def row(self, t: float) -> tuple[float, ...]:
         """As it stands in a scene."""
-        return (self.thing, self.state, *self.place, self.top, self.height, *self.size, t - self.known)
+        seen = *self.place, self.top, self.height, *self.size, *self.colour
+        return (self.thing, self.state, *seen, t - self.known)
 
 
 @dataclass(frozen=True)

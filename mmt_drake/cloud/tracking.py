@@ -22,7 +22,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.seen import SeenScene, SeenThing
+from mmt_drake.cloud.colour import cielab
+from mmt_drake.cloud.seen import UNCOLOURED, SeenScene, SeenThing
 from mmt_drake.cloud.segment import ABOVE, above_table, registered, spacing_of, tops
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.model.scene_layout import SeenState
@@ -77,8 +78,25 @@ class _Frame:
     spacing: float
     points: Array
     options: Tracking
+    seen: Cloud
     carried: SeenThing | None = None
     trees: dict[int, Any] = field(default_factory=dict)
+
+    @cached_property
+    def _colours(self) -> tuple[Any, Array]:
+        """Where colours are seen, and CIELAB there."""
+        told = self.seen.colours
+        coloured = np.flatnonzero([] if told is None else np.isfinite(told).all(axis=1))
+        return cKDTree(self.seen.points()[coloured]), np.zeros((0, 3)) if told is None else cielab(told[coloured])
+
+    def coloured(self, cluster: _Cluster, before: tuple[float, ...] = UNCOLOURED) -> tuple[float, ...]:
+        """Colour of a cluster, in the middle of its points; as before where less than half of it is seen in colour."""
+        tree, colours = self._colours
+        if len(colours) == 0:
+            return before
+        away, which = tree.query(cluster.points)
+        here = which[away < 1e-6]
+        return before if 2 * len(here) < len(away) else tuple(np.median(colours[here], axis=0).tolist())
 
     def beneath(self, thing: SeenThing, cluster: _Cluster | None = None) -> bool:
         """Whether what is carried may hide an object, or the rest of it."""
@@ -140,7 +158,7 @@ def tracked(
         points = np.delete(points, high[near], axis=0)
     upper, table = above_table(points, table)
     clusters = [_Cluster(each) for each in tops(upper, spacing, options.fewest)]
-    frame = _Frame(t, probe, table, spacing, points, options, carried)
+    frame = _Frame(t, probe, table, spacing, points, options, cloud, carried)
     present = [thing for thing in things if thing.state not in (SeenState.TAKEN_AWAY, SeenState.CARRIED)]
     missing = {thing.thing: thing for thing in things if thing.state == SeenState.TAKEN_AWAY}
     found: dict[int, SeenThing] = {} if carried is None else {carried.thing: carried}
@@ -250,8 +268,9 @@ def _at(frame: _Frame, thing: SeenThing, cluster: _Cluster, state: SeenState, **
     if math.dist(place, thing.place) < _STILL:
         x, y = thing.place
         place = x + _CALM * (place[0] - x), y + _CALM * (place[1] - y)
-    top, height = thing.top, thing.height
+    top, height, colour = thing.top, thing.height, thing.colour
     if state == SeenState.SEEN:
+        colour = frame.coloured(cluster, colour)
         weight = max(_HEIGHT, 1.0 / (thing.looks + 1.0))
         top += weight * (cluster.top - top)
         height += weight * (cluster.top - frame.table - height)
@@ -259,7 +278,7 @@ def _at(frame: _Frame, thing: SeenThing, cluster: _Cluster, state: SeenState, **
     told = thing.now(
         state, frame.t, place=place, top=top, height=height, seen=frame.t, looks=thing.looks + 1, **changes
     )
-    return replace(told, cloud=cluster.points)
+    return replace(told, cloud=cluster.points, colour=colour)
 
 
 def _merged(frame: _Frame, things: Sequence[SeenThing], group: Sequence[_Cluster]) -> list[SeenThing]:
@@ -322,6 +341,7 @@ def _with_strangers(
             since=frame.t,
             seen=frame.t,
             cut=frame.cuts(cluster),
+            colour=frame.coloured(cluster),
         )
         following += 1
     everything = found | missing

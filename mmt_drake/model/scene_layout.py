@@ -8,10 +8,15 @@ from numba import njit
 
 from mmt_drake.numeric.arrays import Array
 
-ENTRY = ("thing", "state", "x", "y", "top", "height", "along", "across", "age")
+COLOUR = ("lightness", "green_red", "blue_yellow")
+"""Of the top: L*, a*, b* of CIELAB [1]; NaN where nobody has told it."""
+ENTRY = ("thing", "state", "x", "y", "top", "height", "along", "across", *COLOUR, "age")
 """Of a row: identity, from 1 on, 0 where the row is empty; a `SeenState`; middle of the top and its height in the table
-frame [m]; its height above the table [m]; its extents along x and y [m]; since when it has been known [s]."""
-THING, STATE, X, Y, TOP, HEIGHT, ALONG, ACROSS, AGE = range(len(ENTRY))
+frame [m]; its height above the table [m]; its extents along x and y [m]; its `COLOUR`; since when it has been known
+[s]."""
+THING, STATE, X, Y, TOP, HEIGHT, ALONG, ACROSS, LIGHTNESS, _, _, AGE = range(len(ENTRY))
+LOOKS = AGE - HEIGHT
+"""How many numbers from `HEIGHT` on tell what an object looks like: its extents and its colour."""
 ROW = len(ENTRY)
 MOST = 6
 """Objects that a scene holds."""
@@ -20,10 +25,12 @@ MARGIN = 0.008
 SCENE_SIZE = MOST * ROW
 SCENE = tuple(f"{i + 1}_{name}" for i in range(MOST) for name in ENTRY)
 """Names of the numbers."""
+PLAIN_SCENE = tuple(name for name in SCENE if not name.endswith(COLOUR))
+"""The same in recordings that were made before colours were told."""
 PLACES = tuple(f"{i + 1}_{axis}" for i in range(MOST) for axis in "xy")
 """Names of the numbers that tell where so many objects truly are."""
-SCENE_UNITS = ("", "", "m", "m", "m", "m", "m", "m", "s") * MOST
-"""Their units."""
+SCENE_UNITS = dict(zip(ENTRY, ("", "", *"mmmmmm", "", "", "", "s"), strict=True))
+"""Units of a row."""
 
 
 class SeenState(IntEnum):

@@ -27,6 +27,7 @@ _RATE_MISMATCH = 300.0
 
 _ESTIMATED = ("theta", "theta_deviation", "model")
 _MAY_BE_UNKNOWN = {column for signal in SIGNALS if signal.name in _ESTIMATED for column in signal.columns}
+_MAY_BE_UNKNOWN |= {column for signal in SIGNALS if signal.name == "scene" for column in signal.groups[1]}
 _FEWEST = 3
 _UNIT_LENGTH = 0.01  # of a quaternion: what rounding, or a line between two of them, may take
 
@@ -136,8 +137,7 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
     missing = [name for name in REQUIRED[kind] if name not in names]
     if not missing and kind in ("contact", "motion"):
         for signal in SIGNALS:
-            # Of theta's ten, static friction may be absent, and with it the normal axis, each two together.
-            for group in (signal.columns[:6], signal.columns[6:8], signal.columns[8:]):
+            for group in signal.groups:
                 if any(name in names for name in group):
                     missing += [name for name in group if name not in names]
     if missing:
@@ -155,7 +155,7 @@ def _check_values(time: Array, columns: Mapping[str, Array], source: str) -> Non
     for name, values in chain([("time", time)], columns.items()):  # one at a time: long ones stand on disk
         bad = ~np.isfinite(values)
         if name in _MAY_BE_UNKNOWN:
-            bad &= ~np.isnan(values)  # not estimated yet
+            bad &= ~np.isnan(values)
         if bad.any():
             index = int(np.argmax(bad))
             raise _bad_value(source, index, name, values[index], "a finite number")

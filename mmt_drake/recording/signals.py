@@ -13,7 +13,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_BODY
 from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model.parameters import FORCE_LATENESS, SLIDING_THETA, TANGENTIAL_THETA, THETA, THETA_UNITS
-from mmt_drake.model.scene_layout import PLACES, SCENE, SCENE_UNITS
+from mmt_drake.model.scene_layout import COLOUR, PLACES, PLAIN_SCENE, SCENE, SCENE_UNITS
 
 AXES = ("x", "y", "z")
 ORIENTATION = tuple(f"orientation_{part}" for part in (*AXES, "w"))
@@ -71,7 +71,7 @@ class Signal:
         if self.name in ("carried", "carried_deviation"):
             return tuple(_CARRIED_UNITS.get(column.rsplit("_", 1)[1], "") for column in self.columns)
         if self.name == "scene":
-            return SCENE_UNITS
+            return tuple(SCENE_UNITS[column.split("_", 2)[2]] for column in self.columns)
         if self.name == "places":
             return ("m",) * self.size
         if self.name == "model":
@@ -82,6 +82,15 @@ class Signal:
             numbers = (column.removeprefix("theta_").removeprefix("deviation_") for column in self.columns)
             return tuple(THETA_UNITS[number] for number in numbers)
         return (_UNIT_OF.get(self.quantity, _UNIT_OF.get(self.name, "")),) * self.size
+
+    @property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """Columns of which a recording has all or none."""
+        if self.name == "scene":  # of its rows the colours may be absent
+            coloured = tuple(column for column in self.columns if column.endswith(COLOUR))
+            return tuple(column for column in self.columns if column not in coloured), coloured
+        # Of theta's ten, static friction may be absent, and with it the normal axis, each two together.
+        return self.columns[:6], self.columns[6:8], self.columns[8:]
 
     @property
     def held(self) -> bool:
@@ -154,6 +163,7 @@ SIGNALS = (
     _scalar("grip_slipped", "/gripper/slipped", "scalar"),
     _vector("proxy_position", "/contact_detector/proxy", POINT, "position"),
     _array("scene", "/scene/objects", SCENE),
+    _array("scene", "/scene/objects", PLAIN_SCENE),
     _array("places", "/environment/places", PLACES),
     _scalar("told_thing", "/estimator/thing", "code"),
     _scalar("remembered", "/memory/remembered", "code"),

@@ -66,7 +66,7 @@ class LiveView(LeafSystem):
     - `carried` (5): what is carried [SI], as `LoadEstimator` tells it, in words.
     - `estimated_force` (3): what the estimator's model says [N].
     - `true_force` (3): the simulated object's, without noise [N].
-    - `scene` (54): what is seen of several objects (`mmt_drake.model.scene_layout`) [SI]: boxes, coloured by state.
+    - `scene` (72): what is seen of several objects (`mmt_drake.model.scene_layout`) [SI]: boxes, coloured by state.
     - `point_cloud` (abstract, `mmt_drake.cloud.Cloud`): the surface.
 
     Samples are taken 100 times a second of simulation, pictures drawn 33 times a second of wall clock at most. Nothing

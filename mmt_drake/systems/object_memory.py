@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from mmt_drake.estimation.first_guess import SIZE, guess
+from mmt_drake.estimation.first_guess import guess
 from mmt_drake.model import scene_layout as at
 from mmt_drake.model.parameters import THETA
 from mmt_drake.numeric.arrays import Array, assign
@@ -14,8 +14,8 @@ PORT_SIZES = {"theta": len(THETA), "stable": 1, "model_status": 1, "remembered":
 _THETA, _STABLE, _STATUS, _REMEMBERED, _MEMORY = map(Layout(), (*PORT_SIZES.values(), 0))
 _ROOM = 12  # objects that are remembered; of more the one that was told longest ago is forgotten
 # Of a row of the memory: identity, when it was told last, theta, whether it is
-# stable, its status, whether it is a guess; size.
-_THING, _TOLD, _NUMBERS, _FLAGS, _SIZE, _ROW = map(Layout(), (1, 1, len(THETA), 3, SIZE, 0))
+# stable, its status, whether it is a guess; looks.
+_THING, _TOLD, _NUMBERS, _FLAGS, _LOOKS, _ROW = map(Layout(), (1, 1, len(THETA), 3, at.LOOKS, 0))
 _LAST = _ROOM * _ROW  # which is rendered
 _UNEXCITED = 3.0  # `ModelStatus`: not every number is told, so it is no example for others
 
@@ -41,23 +41,20 @@ def _keep(now: Array, t: float, thing: float, theta: Array, stable: float, statu
     now[row + _FLAGS], now[row + _FLAGS + 1], now[row + _FLAGS + 2] = stable, status, 0.0
     seen = at.row_of(scene, thing)
     if seen >= 0:
-        now[row + _SIZE], now[row + _SIZE + 1] = scene[seen + at.ALONG], scene[seen + at.ACROSS]
-        now[row + _SIZE + 2] = scene[seen + at.HEIGHT]
+        assign(now[row + _LOOKS : row + _ROW], scene[seen + at.HEIGHT : seen + at.AGE])
     return row
 
 
 @njit(cache=True)
 def _guess(now: Array, scene: Array, seen: int, theta: Array) -> None:
-    sizes, thetas, count = np.empty((_ROOM, SIZE)), np.empty((_ROOM, len(theta))), 0
+    looks, thetas, count = np.empty((_ROOM, at.LOOKS)), np.empty((_ROOM, len(theta))), 0
     for i in range(_ROOM):
         row = i * _ROW
-        if now[row + _THING] != 0.0 and now[row + _FLAGS + 1] != _UNEXCITED and now[row + _SIZE + 2] > 0.0:
-            assign(sizes[count], now[row + _SIZE : row + _ROW])
+        if now[row + _THING] != 0.0 and now[row + _FLAGS + 1] != _UNEXCITED and now[row + _LOOKS] > 0.0:
+            assign(looks[count], now[row + _LOOKS : row + _ROW])
             assign(thetas[count], now[row + _NUMBERS : row + _FLAGS])
             count += 1
-    size = np.empty(SIZE)
-    size[0], size[1], size[2] = scene[seen + at.ALONG], scene[seen + at.ACROSS], scene[seen + at.HEIGHT]
-    guess(size, sizes, thetas, count, theta)
+    guess(scene[seen + at.HEIGHT : seen + at.AGE], looks, thetas, count, theta)
 
 
 @njit(cache=True)
@@ -122,7 +119,7 @@ class ObjectMemory(KernelSystem):
     Ports:
 
     - `thing` (1): identity of the object that the hand holds or is over [1]; 0: none, and the last one stays.
-    - `scene` (54): what is seen of the objects (`mmt_drake.model.scene_layout`) [SI], for their sizes.
+    - `scene` (72): what is seen of the objects (`mmt_drake.model.scene_layout`) [SI], for what they look like.
     - `told_thing` (1): whose theta has come [1]; 0: nobody's, and nothing is kept.
     - `theta` (10): what has come [SI], in the order of `mmt_drake.model.parameters.THETA`; and so put out.
     - `stable` (1): 1 where that may be rendered; else nothing is kept.

@@ -15,7 +15,7 @@ from mmt_drake.estimation.output_error.layout import PORT_SIZES, STATUS, Learnin
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.options import OutputErrorOptions, check_told
 from mmt_drake.model.message_layout import MESSAGE_NUMBER
-from mmt_drake.model.scene_layout import ACROSS, ALONG, HEIGHT, SCENE_SIZE, row_of
+from mmt_drake.model.scene_layout import AGE, HEIGHT, SCENE_SIZE, row_of
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -67,7 +67,7 @@ class OutputErrorEstimator(KernelSystem, Closing):
     connected. `model` (44): the message [SI] whose laws act beside theta (`mmt_drake.model_message`); a later one
     takes the place of the last, and of `effects` of the options. It is read once a period. What it says that the force
     sensor adds is taken off the measured force along x and y, a lag is where the fit of `force_lateness` begins.
-    `thing` (1) [1]: which of several objects the probe is at, by its identity, 0 where nobody knows, and `scene` (54)
+    `thing` (1) [1]: which of several objects the probe is at, by its identity, 0 where nobody knows, and `scene` (72)
     [SI], what is seen of them (`mmt_drake.model.scene_layout`): each then has a theta of its own, which is taken up
     again when it is met again.
 
@@ -179,12 +179,12 @@ class OutputErrorEstimator(KernelSystem, Closing):
         return None if model is None or _refused(model.tobytes()) else model.copy()
 
     def _thing_at(self, context: Context) -> tuple[int, tuple[float, ...]]:
-        """Which object the probe is at, and its size; 0: nobody knows."""
+        """Which object the probe is at, and what it looks like; 0: nobody knows."""
         thing, scene = self.inputs_at(context)[-2:]
         row = -1 if thing is None or scene is None else row_of(scene, thing[0])
         if row < 0:
             return 0, ()
-        return int(thing[0]), (float(scene[row + ALONG]), float(scene[row + ACROSS]), float(scene[row + HEIGHT]))
+        return int(thing[0]), tuple(scene[row + HEIGHT : row + AGE].tolist())
 
     def _take_up(self, beside: FitProcess, context: Context, state: State) -> None:
         """Hand over the fit that is done, if any, and have the next one made."""
@@ -195,10 +195,10 @@ class OutputErrorEstimator(KernelSystem, Closing):
                 self._no_fit |= t - self._begun > _PATIENCE
                 return
             failed = not self._taken_from(beside)
-        thing, size = self._thing_at(context)
+        thing, looks = self._thing_at(context)
         if thing not in (0, self._met):
             self._met = thing
-            failed |= not beside.met(thing, size) or (self._waits and not self._taken_from(beside))
+            failed |= not beside.met(thing, looks) or (self._waits and not self._taken_from(beside))
         readout = state.get_mutable_discrete_state().get_mutable_value()
         hand_over(readout, self._told)
         samples, broken = take_samples(readout, self._settings)

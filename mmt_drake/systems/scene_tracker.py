@@ -38,7 +38,7 @@ class SceneTracker(LeafSystem):
     - `point_cloud` (abstract, `Cloud`): the table and what stands on it; or the tops alone.
     - `thing` (1): identity of what the tip holds or is over [1]; there only with `grips`.
     - `held` (4): what the grip has, as its own sensors tell it [1], [m]; there only with `grips`.
-    - `scene` (54): a row for each object that is or was there, as `mmt_drake.model.scene_layout.ENTRY` [SI]; zeros: no
+    - `scene` (72): a row for each object that is or was there, as `mmt_drake.model.scene_layout.ENTRY` [SI]; zeros: no
       more.
     - `objects` (abstract, `mmt_drake.cloud.seen.SeenScene`): the same, with the points of each.
 

@@ -102,7 +102,7 @@ class TouchedObject(KernelSystem):
     Ports (table frame):
 
     - `position` (3): of the tip [m].
-    - `scene` (54): what is seen of the objects (`mmt_drake.model.scene_layout`) [SI].
+    - `scene` (72): what is seen of the objects (`mmt_drake.model.scene_layout`) [SI].
     - `grip` (1): of the hand [N]; there only with `lost`.
     - `has` (1): counts what is known of the grip [1]; there only with `lost`.
     - `in_contact` (1): 1 where the tip holds an object.

@@ -179,7 +179,7 @@ class Scene:
             self._move("object", [displacement[0], displacement[1], 0.0])
 
     def show_objects(self, scene: Array) -> None:
-        """Each object of a scene (54) as a box, coloured by what is seen of it; one that is taken away is hidden."""
+        """Each object of a scene (72) as a box, coloured by what is seen of it; one that is taken away is hidden."""
         seen = rows(scene)
         if len(seen) and not self._has_object:
             self._has_object = True  # none is made of the cloud

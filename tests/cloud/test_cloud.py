@@ -65,6 +65,17 @@ def test_bad_points_are_refused(points, said):
     assert said in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("colours", "said"),
+    [(np.zeros((2, 3)), "shape (2, 3)"), ([*[[0.5] * 3] * (len(POINTS) - 1), [0.0, 255.0, 0.0]], "sRGB from 0 to 1")],
+)
+def test_bad_colours_are_refused_and_unknown_ones_are_not(colours, said):
+    with pytest.raises(BadInput) as error:
+        Cloud(POINTS, colours=colours)
+    assert said in str(error.value)
+    assert np.isnan(Cloud(POINTS, colours=np.full(POINTS.shape, np.nan)).colours).all()
+
+
 @pytest.mark.parametrize("far", [-1.7e308, 1e100, 1e12, -100.5])
 def test_a_point_that_no_camera_sees_is_refused(far):
     points = POINTS.copy()
@@ -146,10 +157,12 @@ def test_contact_offset_is_the_mean_height_at_which_a_dropped_sphere_stops(layou
 
 
 def test_another_process_has_the_same_cloud_by_a_number_of_its_own():
-    cloud = Cloud(POINTS, stamp=1.0, normals=np.tile([0.0, 0.0, 1.0], (len(POINTS), 1))).moved((0.01, 0.0, 0.0), 2.0)
+    normals, colours = np.tile([0.0, 0.0, 1.0], (len(POINTS), 1)), np.linspace(0.0, 1.0, 3 * len(POINTS)).reshape(-1, 3)
+    cloud = Cloud(POINTS, stamp=1.0, normals=normals, colours=colours).moved((0.01, 0.0, 0.0), 2.0)
     there = pickle.loads(pickle.dumps(cloud))
     np.testing.assert_array_equal(there.points(), cloud.points())
-    np.testing.assert_array_equal(there.normals, cloud.normals)
+    np.testing.assert_array_equal(there.normals, normals)
+    np.testing.assert_array_equal(there.colours, colours)
     assert (there.stamp, there.spacing) == (2.0, cloud.spacing)
     assert there.kernel_arrays[3][SERIAL] != cloud.kernel_arrays[3][SERIAL]
     with pytest.raises(ValueError, match="read-only"):

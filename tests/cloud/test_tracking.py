@@ -81,6 +81,23 @@ def test_each_object_has_a_row_with_place_size_and_height() -> None:
         assert row[at.TOP] == pytest.approx(TABLE + SIZES[name][2], abs=1e-3)
 
 
+def test_each_has_the_colour_that_it_was_last_seen_in_and_none_before() -> None:
+    film = Film()
+    film.show(THREE, 3)
+    assert np.isnan(at.rows(film.scene.vector(film.t))[:, at.LIGHTNESS]).all()
+    cloud = cloud_of(THREE, film.t + STEP, film.random)
+    colours = np.full((len(cloud), 3), 0.5)
+    colours[cloud.points()[:, 0] < -0.07] = 1.0, 0.0, 0.0  # all about the sponge
+    colours[cloud.points()[:, 0] > 0.07] = np.nan
+    coloured = Cloud(cloud.points(), stamp=film.t + STEP, colours=colours)
+    film.scene = tracked(film.scene, coloured, FAR, film.t + STEP, TABLE, Tracking())
+    film.t += STEP
+    film.show(THREE, 3)
+    left, middle, right = (film.at(place).colour for place in THREE.values())
+    assert left == pytest.approx((53.24, 80.09, 67.20), abs=0.03) and middle == pytest.approx((53.39, 0, 0), abs=0.03)
+    assert np.isnan(right).all()
+
+
 def test_heights_that_a_camera_mixes_at_a_rim_do_not_lower_a_top() -> None:
     random, scene = np.random.default_rng(3), SeenScene()
     for k in range(40):

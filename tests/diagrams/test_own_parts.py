@@ -123,7 +123,7 @@ def test_the_comparison_takes_it_beside_the_shipped_ones(here: Path) -> None:
 def test_what_a_port_may_be_is_read_off_the_station() -> None:
     inputs, outputs = part_ports("estimator")
     own = {"measurement": 9, "in_contact": 1, "reading": 3, "stamp": 1}
-    assert inputs == {**own, "model": 44, "thing": 1, "scene": 54}
+    assert inputs == {**own, "model": 44, "thing": 1, "scene": 72}
     assert (outputs["theta"], outputs["stable"], outputs["deviation"]) == (10, 1, 10)
     inputs, outputs = part_ports("renderer")
     assert inputs["point_cloud"] is None and inputs["remote_force"] == 3 and outputs["force"] == 3

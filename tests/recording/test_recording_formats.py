@@ -11,6 +11,7 @@ from table_samples import csv_text, good
 from mmt_drake.cli.convert import convert
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA
+from mmt_drake.model.scene_layout import COLOUR
 from mmt_drake.recording import Recording, load, save
 
 CLOCK = {".csv": 0.0, ".npz": 0.0, ".mcap": 0.6e-9}  # mcap keeps whole nanoseconds
@@ -48,6 +49,20 @@ def test_theta_without_the_normal_axis_stays_six_numbers(tmp_path: Path) -> None
     columns = {name: values for name, values in whole.columns.items() if name not in left_out}
     save(Recording(whole.time, columns), tmp_path / "a.mcap")
     assert set(load(tmp_path / "a.mcap").columns) == set(columns)
+
+
+@pytest.mark.parametrize("ending", [".npz", ".mcap", ".csv"])
+def test_a_scene_may_be_without_colours_as_before_they_were_told_or_have_unknown_ones(
+    ending: str, tmp_path: Path
+) -> None:
+    whole = contact()
+    coloured = {name: values for name, values in whole.columns.items() if name.endswith(COLOUR)}
+    plain = {name: values for name, values in whole.columns.items() if name not in coloured}
+    save(Recording(whole.time, plain), tmp_path / f"plain{ending}")
+    assert set(load(tmp_path / f"plain{ending}").columns) == set(plain)
+    unknown = plain | {name: np.full(len(whole.time), np.nan) for name in coloured}
+    save(Recording(whole.time, unknown), tmp_path / f"unknown{ending}")
+    assert np.isnan(load(tmp_path / f"unknown{ending}")["scene_1_lightness"]).all()
 
 
 @pytest.mark.parametrize("ending", [".npz", ".mcap"])

@@ -16,6 +16,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, PortDataType, System
 
 from mmt_drake.cloud import Cloud, plane
+from mmt_drake.cloud.seen import UNCOLOURED
 from mmt_drake.model.scene_layout import MOST, ROW, SeenState
 from mmt_drake.model_message import UNKNOWN_THETA, ModelMessage, ToldEffect
 
@@ -80,11 +81,11 @@ def camera_points(t: float) -> PointCloud:
 
 
 def scene(t: float) -> np.ndarray:
-    """(54,) two objects, one of which is under the probe and goes with it, a little higher than it was."""
+    """(72,) two objects, one of which is under the probe and goes with it, a little higher than it was."""
     rows = np.zeros((MOST, ROW))
     frame = np.floor(t * 30) / 30
-    rows[0] = 1.0, SeenState.SEEN, 0.01 * frame, 0.0, 1e-3 * frame, 0.05, 0.12, 0.12, frame
-    rows[1] = 2.0, SeenState.MERGED, 0.2, 0.0, -0.01, 0.04, 0.08, 0.08, frame
+    rows[0] = 1.0, SeenState.SEEN, 0.01 * frame, 0.0, 1e-3 * frame, 0.05, 0.12, 0.12, 80.0, 5.0, 60.0, frame
+    rows[1] = 2.0, SeenState.MERGED, 0.2, 0.0, -0.01, 0.04, 0.08, 0.08, *UNCOLOURED, frame
     return rows.ravel()
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from mmt_drake.cloud.seen import UNCOLOURED
 from mmt_drake.model.parameters import THETA
 from mmt_drake.model.scene_layout import MOST, ROW, SeenState
 from mmt_drake.model.theta import NO_FLAW, flaw_of_theta
@@ -18,7 +19,7 @@ NOBODY = np.full(len(THETA), np.nan)
 def scene() -> Array:
     rows = np.zeros((MOST, ROW))
     for i, height in enumerate((0.04, 0.06, 0.05)):
-        rows[i] = i + 1, SeenState.SEEN, 0.1 * i, 0.0, height, height, 0.08, 0.08, 1.0
+        rows[i] = i + 1, SeenState.SEEN, 0.1 * i, 0.0, height, height, 0.08, 0.08, *UNCOLOURED, 1.0
     return rows.ravel()
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
+from mmt_drake.cloud.seen import UNCOLOURED
 from mmt_drake.model.scene_layout import MOST, ROW, SCENE_SIZE, STATE, TOP, SeenState
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.touched_object import TouchedObject
@@ -14,7 +15,7 @@ def scene(*places: tuple[float, float, float]) -> Array:
     """Squares of 8 cm with their tops at these places."""
     rows = np.zeros((MOST, ROW))
     for i, (x, y, top) in enumerate(places):
-        rows[i] = i + 1, SeenState.SEEN, x, y, top, 0.05, 0.08, 0.08, 1.0
+        rows[i] = i + 1, SeenState.SEEN, x, y, top, 0.05, 0.08, 0.08, *UNCOLOURED, 1.0
     return rows.ravel()
 
 

@@ -56,12 +56,12 @@ class FitProcess(OwnProcess):
         """Tell it a message (MESSAGE_SIZE,), as of `Learner.retold`; False: the process has ended."""
         return self.send(np.concatenate([[_MODEL], model]).tobytes())
 
-    def met(self, thing: int, size: Sequence[float]) -> bool:
+    def met(self, thing: int, looks: Sequence[float]) -> bool:
         """Tell it an object that the probe is at, as of `Learner.met`; False: the process has ended.
 
         With `waits` what is handed over of that object is the next `result`.
         """
-        return self.send(np.array([_MET, thing, *size]).tobytes())
+        return self.send(np.array([_MET, thing, *looks]).tobytes())
 
     def result(self) -> Told | None:
         """What the fit hands over; None: it failed, and its samples are gone."""

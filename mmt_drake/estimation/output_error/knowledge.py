@@ -101,7 +101,7 @@ class Knowledge:
         trusted: the unknowns and static friction when the model last explained the latest contact.
         model: (MESSAGE_SIZE,) the message whose laws are taken to act; zeros: there is none.
         thing: identity of the object; 0: nobody has said.
-        size: of it, extents along x and y and height [m]; empty where nobody has said.
+        looks: of it, (LOOKS,) of a scene's row from its height on; empty where nobody has said.
         others: identity -> what is known of another object, without samples.
     """
 
@@ -127,7 +127,7 @@ class Knowledge:
     trusted: tuple[Array, Stick] | None = None
     model: Array = field(default_factory=partial(np.zeros, MESSAGE_SIZE))
     thing: int = 0
-    size: tuple[float, ...] = ()
+    looks: tuple[float, ...] = ()
     others: Mapping[int, "Knowledge"] = field(default_factory=dict)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:

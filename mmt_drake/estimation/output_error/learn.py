@@ -32,6 +32,7 @@ from mmt_drake.estimation.output_error.window import MOTION_GOOD, STAMP, Window
 from mmt_drake.model.held_body import NO_REPORT, report
 from mmt_drake.model.message_layout import MESSAGE_NUMBER, OF_SENSOR
 from mmt_drake.model.plane_call import planar
+from mmt_drake.model.scene_layout import LOOKS
 from mmt_drake.model_message import ModelMessage
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import Minimum
@@ -117,11 +118,11 @@ class Learner:
         with self._threads.limit(limits=1, user_api="blas"):  # a second one costs more than it brings
             return self._fitted(self._with_normal_axis(known))
 
-    def met(self, known: Knowledge, thing: int, size: Sequence[float]) -> Knowledge:
-        """Knowledge where the probe is at an object: what there is of it, or else a first guess by its size.
+    def met(self, known: Knowledge, thing: int, looks: Sequence[float]) -> Knowledge:
+        """Knowledge where the probe is at an object: what there is of it, or else a first guess by its looks.
 
         What is known of the one before is kept without its samples, and taken up again when that is met again. `thing`
-        is the object's identity, 0 where nobody knows and nothing changes; `size` its extents and height [m].
+        is the object's identity, 0 where nobody knows and nothing changes; `looks` as `first_guess`.
         """
         if thing in (0, known.thing):
             return known
@@ -130,7 +131,7 @@ class Learner:
         if thing in others:
             return replace(others.pop(thing), others=others)
         nothing = self.beginning()
-        return first_guess(nothing, self._prior(nothing), thing, size, others)
+        return first_guess(nothing, self._prior(nothing), thing, looks, others)
 
     def retold(self, known: Knowledge, model: Array) -> Knowledge:
         """Knowledge where object or force sensor are told to be of other laws: the samples at hand are fitted anew.
@@ -205,7 +206,7 @@ class Learner:
         """Compile what a fit calls."""
         known = self.beginning()
         self._objective(known).difference(known.x, known.stick)
-        self.met(known, 1, (1.0, 1.0, 1.0))
+        self.met(known, 1, (1.0,) * LOOKS)
 
     def _prior(self, known: Knowledge) -> Information:
         normal = known.normal if known.normal_covariance[0, 0] < 0.5 * NORMAL_DEVIATION[0] ** 2 else None

@@ -18,6 +18,7 @@ from mmt_drake.beside import Later, WorkProcess
 from mmt_drake.errors import BadInput
 from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.camera import DepthCameraSystem
+from mmt_drake.hw.realsense.colour import ColourImage
 from mmt_drake.hw.realsense.depth import DepthToCloud, Intrinsics
 from mmt_drake.hw.realsense.extrinsics import Extrinsics
 from mmt_drake.hw.realsense.faults import BLIND, FAILED, FROZEN, NO_FRAME, STALE, WELL
@@ -67,6 +68,23 @@ def until(true: Callable[[], object]) -> None:
 @pytest.fixture
 def convert(small_camera: Intrinsics, tilted: Extrinsics) -> DepthToCloud:
     return DepthToCloud(small_camera, tilted)
+
+
+def test_what_a_frame_tells_of_colour_is_in_its_cloud_and_in_no_other(
+    convert: DepthToCloud, small_camera: Intrinsics, tilted: Extrinsics
+) -> None:
+    source, depth = Fed(), told(plane_depth(small_camera, tilted))
+    shape = small_camera.height, small_camera.width, 3
+    red = ColourImage(np.full(shape, [255, 0, 0], np.uint8), small_camera)
+    with CloudWorker(source, convert) as worker:
+        source.show(DepthFrame(depth, UNIT, 1, 1.0, 0.0, red))
+        until(lambda: worker.frames == 1)
+        first = worker.latest
+        source.show(DepthFrame(depth + 1, UNIT, 2, 1.1, 0.0))
+        until(lambda: worker.frames == 2)
+        second = worker.latest
+    assert first is not None and second is not None and second.cloud.colours is None
+    np.testing.assert_array_equal(first.cloud.colours, np.tile([1.0, 0.0, 0.0], (len(first.cloud), 1)))
 
 
 def test_no_frame_then_a_surface_then_none_again_when_frames_stop(
@@ -129,7 +147,7 @@ def test_a_worker_that_is_busy_skips_to_the_newest_frame_and_never_holds_up_the_
     depth = told(plane_depth(small_camera, tilted))
     source, gate, taken = Fed(), threading.Event(), []
 
-    def slow(image: np.ndarray, unit: float, stamp: float, before: None) -> Any:
+    def slow(image: np.ndarray, unit: float, stamp: float, before: None, colour: None) -> Any:
         taken.append(int(stamp))
         gate.wait(20.0)
         return convert(image, unit, stamp)

@@ -11,12 +11,14 @@ import pytest
 
 from mmt_drake.errors import BadInput, MissingDependency
 from mmt_drake.hw.errors import DeviceError
+from mmt_drake.hw.realsense.colour import ColourImage
 from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.emulator import software_camera
+from mmt_drake.hw.realsense.sdk import load_sdk
 from mmt_drake.hw.realsense.stream import (
     DepthFrame,
     DepthStream,
     RecordedStream,
-    load_sdk,
     open_camera,
     open_sensor,
     recorded_frames,
@@ -44,6 +46,44 @@ def test_a_software_device_is_a_camera(software: Any, small_camera: Intrinsics) 
         assert abs(frame.arrival - time.monotonic()) < 5.0
     with pytest.raises(DeviceError, match="closed"):
         stream.read()
+
+
+def test_colours_come_beside_depth_from_where_their_sensor_stands(realsense: Any, small_camera: Intrinsics) -> None:
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    pixels = np.random.default_rng(0).integers(0, 256, (3, 4, 3)).astype(np.uint8)
+    beside = ColourImage(pixels, Intrinsics(4, 3, 100.0, 100.0, 1.5, 1.0), turn, np.array([0.015, 0.0, 1e-3]))
+    camera = software_camera(small_camera, beside)
+    with open_sensor(camera.sensor, camera.device, colour=True) as stream:
+        camera.show(np.ones((120, 160), np.uint16))
+        first = stream.read(1.0)
+        camera.show_colour(pixels)
+        camera.show(np.full((120, 160), 2, np.uint16))
+        second = stream.read(1.0)
+    assert first is not None and first.colour is None
+    assert second is not None and second.colour is not None
+    np.testing.assert_array_equal(second.colour.pixels, pixels)
+    np.testing.assert_allclose(second.colour.rotation, turn)
+    np.testing.assert_allclose(second.colour.translation, [0.015, 0.0, 1e-3])
+    assert second.colour.intrinsics == beside.intrinsics
+
+
+def test_a_camera_without_colour_says_so_where_it_is_asked_for(software: Any) -> None:
+    with pytest.raises(DeviceError, match="no colour sensor"):
+        open_sensor(software.sensor, software.device, colour=True)
+
+
+def test_a_colour_sensor_that_does_not_start_ends_the_depth_too(realsense: Any, small_camera: Intrinsics) -> None:
+    camera = software_camera(small_camera, ColourImage(np.zeros((3, 4, 3), np.uint8), Intrinsics(4, 3, 9, 9, 1, 1)))
+
+    class Taken:
+        def open(self, profile: object) -> None:
+            raise RuntimeError("busy")
+
+    assert camera.colour is not None
+    with pytest.raises(DeviceError, match="colour stream does not start: busy"):
+        DepthStream(camera.sensor, camera.profile, camera.device, colour=(Taken(), camera.colour[1]))
+    with open_sensor(camera.sensor, camera.device):  # it can be opened: it was closed
+        pass
 
 
 def test_a_sensor_that_does_not_start_is_closed(software: Any) -> None:
