@@ -362,3 +362,14 @@ def test_a_lag_that_filters_the_noise_of_the_input_does_not_rule_the_delay_out_f
     assert kept_out[1] == 0.0 and kept_out[2] == pytest.approx(gap, rel=0.3) and gap > 5.0
     found = ConfidenceSet.of(delayed, fits, {})
     assert found.members[0] is delay and found.chances[base.hypothesis.key] < 1e-3
+
+
+def test_a_friction_is_not_held_to_the_noise_that_another_one_lets_through() -> None:
+    delayed = problem_of(recorded(("time_delay", (("delay", 0.004),)), seconds=12.0), model())
+    friction = {"coulomb_friction": {"Fc": 0.3}, "static_friction": {"Fs": 0.3, "Fd": 0.3, "v_d": 1e-4}}
+    values = {"time_delay": {"delay": 0.004}, "force_lag": {"tau": 0.02}, **friction}
+    sets = ("time_delay", "coulomb_friction"), ("force_lag", "coulomb_friction"), ("force_lag", "static_friction")
+    hypotheses = [beside(*names) for names in sets]
+    fits = [delayed.at(hypothesis, hypothesis.vector({}, values)) for hypothesis in hypotheses]
+    delay, lag, other = noise_kept_out(delayed, fits)
+    assert delay == 0.0 and lag > 5.0 and other == 0.0

@@ -88,10 +88,17 @@ def test_a_law_at_its_limit_is_the_simpler_law_and_not_named(problem, special):
     hypothesis = Hypothesis(replace(UNSAID, in_plane="per_axis")).adding(LIBRARY[special])
     fitted = problem.unchanged(hypothesis, hypothesis.vector({}, {special: at_once}))
     assert absent(problem, fitted) == {special}
-    with ThreadPoolExecutor(1) as executor:
-        setup = SearchSetup(problem, LIBRARY_HERE, scales_of(problem, fitted.model), executor, Watch())
-        best, *_ = at_the_limit(setup, [fitted])
+    best, *_ = at_the_limit(problem, LIBRARY_HERE, [fitted])
     assert best.hypothesis.names == ("coulomb_friction",) and problem.left(best) < 1.1
+
+
+def test_a_break_away_at_the_level_of_sliding_is_tried_as_friction_of_that_level(problem):
+    hypothesis = Hypothesis(replace(UNSAID, in_plane="per_axis")).adding(LIBRARY["static_friction"])
+    level = {"Fs": 1.1 * LEVEL, "Fd": LEVEL, "v_d": 1e-4}
+    fitted = problem.unchanged(hypothesis, hypothesis.vector({}, {"static_friction": level}))
+    found = {f.hypothesis.names: f for f in at_the_limit(problem, [LIBRARY["coulomb_friction"]], [fitted])}
+    assert found["coulomb_friction",].effect_values["coulomb_friction"]["Fc"] == pytest.approx(LEVEL, rel=0.02)
+    assert problem.left(found["coulomb_friction",]) < 1.1
 
 
 @pytest.mark.parametrize("unsaid", [True, False])

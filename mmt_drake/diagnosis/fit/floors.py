@@ -70,21 +70,24 @@ def weighed(problem: Problem, fitted: Fitted) -> Problem:
 def noise_kept_out(problem: Problem, fits: Sequence[Fitted]) -> list[float]:
     """By how much less each fit leaves than others because its model lets less of the input's noise through.
 
-    A sum of squares over the noise, 0 or more, against the one that lets most through. A filter that is not there
-    leaves less of noisy data than the right model does. What lets through much more than the floor allows for sticks
-    and slips: no other one is held to that.
+    A sum of squares over the noise, 0 or more, against the one that lets most through of those with the same friction.
+    A filter that is not there leaves less of noisy data than the right model does. Where bodies stick and slip noise
+    moves the slips, and one friction is not held to what another one does then; nor is any to what lets through much
+    more than the floor allows for.
 
     Args:
         problem: what was fitted.
         fits: of the same problem.
     """
     kept_out = np.zeros(len(fits))
+    rubbing = [frozenset(e.name for e in fit.hypothesis.effects if e.target == "Fc") for fit in fits]
+    alike = np.array([[one == other for other in rubbing] for one in rubbing])
     for track in problem.tracks:
         allowed = _MUCH_MORE * max(track.floor**2 - float(track.smoothed.output_noise[track.column]) ** 2, 0.0)
         noisy = noisier(track, np.random.default_rng(0))
         through = (attempt(_apart, track, noisy, fit.model) for fit in fits)
         squares = np.array([allowed if rms is None else min(rms**2, allowed) for rms in through])
-        most = squares.max(where=squares < allowed, initial=0.0)
+        most = np.where(alike & (squares < allowed), squares, 0.0).max(axis=1)
         worth = track.counts**2 * replace(problem, tracks=(track,)).samples() / track.floor**2
         kept_out += worth * np.maximum(most - squares, 0.0)
     return kept_out.tolist()

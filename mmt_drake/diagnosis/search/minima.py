@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from itertools import product
 
 from mmt_drake.diagnosis.fit.comparison import RULED_OUT, elsewhere
 from mmt_drake.diagnosis.fit.dilution import undiluted
@@ -13,7 +14,7 @@ from mmt_drake.diagnosis.search.in_plane import per_axis_if_better, the_other_if
 from mmt_drake.diagnosis.search.screening import REFINING_STEPS, best_of_each, refine, screen
 from mmt_drake.diagnosis.search.starts import SETTLED, SETTLING_STEPS, Seed, Start, all_starts
 from mmt_drake.diagnosis.search.watch import SearchSetup, Watch
-from mmt_drake.effects.effect import Effect
+from mmt_drake.effects.effect import Effect, Parameter
 from mmt_drake.effects.viscoelastic_relaxation import TIME_CONSTANT
 from mmt_drake.errors import attempt
 
@@ -55,22 +56,32 @@ def simplify(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     return best_of_each([*found, *others])
 
 
-def at_the_limit(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
+def at_the_limit(problem: Problem, library: Sequence[Effect], found: Sequence[Fitted]) -> list[Fitted]:
     """Try from its numbers the laws that the best fit's law is in a limit; all, best first.
 
     A law far out towards that limit says nothing but the simpler one, whose own starts may have ended in poor minima.
     """
-    problem, best, others = setup.problem, found[0], list(found)
+    best, others = found[0], list(found)
     for effect in best.hypothesis.effects:
         rest, known = best.hypothesis.without(effect.name), best.effect_values[effect.name]
-        for law in setup.library:
-            shared = {p.symbol for p in rest.fitted_parameters(law)} <= set(known)
-            if law.name in effect.holds and shared and rest.admits(law):
-                limit = rest.adding(law)
-                start = best.numbers_for(limit, {law.name: known})
+        for law in library:
+            if law.name not in effect.holds or not rest.admits(law):
+                continue
+            limit = rest.adding(law)
+            for values in _limits(rest.fitted_parameters(law), effect, known):
+                start = best.numbers_for(limit, {law.name: values})
                 fitted = attempt(problem.fit, limit, start, steps=REFINING_STEPS, secant=True)
                 others += [] if fitted is None else [per_axis_if_better(problem, fitted, REFINING_STEPS)]
     return best_of_each(others)
+
+
+def _limits(parameters: Sequence[Parameter], effect: Effect, known: Mapping[str, float]) -> list[dict[str, float]]:
+    """Numbers of a law that another one is in a limit: those of the same symbol, or each that vanishes at it."""
+    choices = []
+    for p in parameters:
+        there = [known[q.symbol] for q in effect.parameters if q.vanishes_at == p.symbol and q.symbol in known]
+        choices.append([known[p.symbol]] if p.symbol in known else list(dict.fromkeys(there)))
+    return [dict(zip((p.symbol for p in parameters), values, strict=True)) for values in product(*choices)]
 
 
 def kin(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:

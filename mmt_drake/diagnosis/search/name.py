@@ -217,7 +217,7 @@ def _in_full(setup: SearchSetup, screened: Sequence[Screened], least: float, eno
 def _other_minima(setup: SearchSetup, found: Sequence[Fitted]) -> list[Fitted]:
     """The fits with what the best ones become from other numbers, as simpler laws and as their kin; best first."""
     with setup.watch.within(_RESTARTING):
-        simpler = kin(setup, at_the_limit(setup, from_handed_in(setup, found)))
+        simpler = kin(setup, at_the_limit(setup.problem, setup.library, from_handed_in(setup, found)))
         return random_restarts(setup, the_other_friction(setup, simpler))
 
 
