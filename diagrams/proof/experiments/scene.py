@@ -1,7 +1,7 @@
 """Several objects: what is felt of one that has been touched before, and whether each keeps its identity."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -288,6 +288,7 @@ def judge(cases: Sequence[SceneCase], seed: int) -> DrawnFindings:
             reached += [Reached(name, CARRIED, case.carried.force), Reached(name, CARRIED_MASS, case.mass)]
     first = [visit.first for case in cases for visit in case.visits if visit.before == 0]
     again = [visit.first for case in cases for visit in case.visits if visit.before > 0]
+    medians = [f"{plant} plant: {_medians(case for case in cases if case.plant == plant)}" for plant in PLANTS]
     minutes = sum(case.minutes for case in cases)
     lifted = [
         f"{case.plant}, seed {case.number}: {case.carried.line()}; mass {100 * case.mass:.2g} % off."
@@ -297,6 +298,7 @@ def judge(cases: Sequence[SceneCase], seed: int) -> DrawnFindings:
     sentences = [
         f"In the first half second of a touch the rendered force was {100 * np.median(first):.2g} % off (median) where "
         f"the object had never been touched, and {100 * np.median(again):.2g} % where it had.",
+        f"By object, at the second touch, {'; '.join(medians)}.",
         f"Of {minutes:.1f} object-minutes of pushing the identity was kept in "
         f"{100 * sum(case.kept * case.minutes for case in cases) / max(minutes, 1e-9):.2f} %; "
         f"{sum(case.swapped for case in cases)} identities were swapped without a word.",
@@ -310,6 +312,15 @@ def judge(cases: Sequence[SceneCase], seed: int) -> DrawnFindings:
         f"seed {seed}."
     )
     return DrawnFindings(lead, visits_table(cases), sentences, reached)
+
+
+def _medians(cases: Iterable[SceneCase]) -> str:
+    """Of each object how far off a first half second after the first touch is, in the median."""
+    found: dict[str, list[float]] = {}
+    for case in cases:
+        for name, error in case.worst_again.items():
+            found.setdefault(name, []).append(error)
+    return ", ".join(f"{name} {100 * np.median(errors):.2g} %" for name, errors in found.items()) or "none"
 
 
 def visits_table(cases: Sequence[SceneCase]) -> Table:

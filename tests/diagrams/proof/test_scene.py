@@ -3,7 +3,7 @@
 import numpy as np
 
 from mmt_drake.analysis.carried import CarriedObject
-from mmt_drake.diagrams.proof.experiments.scene import CASES, IdentityWatch, SceneCase, Visit, latest
+from mmt_drake.diagrams.proof.experiments.scene import CASES, IdentityWatch, SceneCase, Visit, judge, latest
 from mmt_drake.model.scene_layout import ROW, SeenState
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
@@ -58,3 +58,10 @@ def test_the_report_says_what_is_reached_and_what_is_missed() -> None:
     assert verdicts["own, seed 0, sponge", second] and not verdicts["own, seed 0, brick", second]
     missed = {figure for (name, figure), reached in verdicts.items() if name == "own, seed 0" and not reached}
     assert missed == {"force while an object is carried"}
+
+
+def test_the_median_of_second_touches_is_told_by_object_and_plant() -> None:
+    visits = [(Visit("sponge", 0, 0.5, 0.2), Visit("sponge", 1, error, 0.01)) for error in (0.01, 0.02, 0.09)]
+    cases = [SceneCase(i, "own", some, None, 0.0, 0.0, 0.0, 3.0, 0.0, 1.0, 0, {}) for i, some in enumerate(visits)]
+    told = " ".join(judge(cases, 0).sentences)
+    assert "at the second touch, own plant: sponge 2 %; foreign plant: none" in told
