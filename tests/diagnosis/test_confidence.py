@@ -373,3 +373,16 @@ def test_a_friction_is_not_held_to_the_noise_that_another_one_lets_through() -> 
     fits = [delayed.at(hypothesis, hypothesis.vector({}, values)) for hypothesis in hypotheses]
     delay, lag, other = noise_kept_out(delayed, fits)
     assert delay == 0.0 and lag > 5.0 and other == 0.0
+
+
+@pytest.mark.parametrize(("won", "lost", "stands"), [(14, 1, True), (11, 0, True), (8, 0, False), (10, 3, False)])
+def test_what_is_the_better_one_in_most_blocks_is_not_ruled_out_by_a_few(problem, fits, monkeypatch, won, lost, stands):
+    numbers = problem.blocks()
+    rng, size = np.random.default_rng(6), np.full(numbers.max() + 1, 3.0)
+    best = 3.0 * rng.standard_normal(len(numbers))
+    size[:won], size[won : won + lost], size[-1] = 0.3, 10.0, 300.0
+    other = size[numbers] * rng.standard_normal(len(numbers))
+    left = {frozenset(): 400.0 * best, frozenset(("hysteresis",)): other, frozenset(("coulomb_friction",)): best}
+    leaving(monkeypatch, lambda _, fitted: left[fitted.hypothesis.key])
+    found = ConfidenceSet.of(problem, [fits[name] for name in ("", "hysteresis", "coulomb_friction")], {})
+    assert ({"hysteresis"} in [set(f.hypothesis.key) for f in found.stood]) is stands

@@ -15,7 +15,7 @@ from mmt_drake.diagnosis.decide.depth import AT, SLIGHT, Depth, is_kin
 from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.floors import noise_kept_out
 from mmt_drake.diagnosis.fit.free_space import SURELY, leaves_an_offset, off_in_free_space
-from mmt_drake.diagnosis.fit.left_out import by_chance, jointly, left_out
+from mmt_drake.diagnosis.fit.left_out import by_chance, in_most_blocks, jointly, left_out
 from mmt_drake.diagnosis.fit.one_pass import may_be_any_curve
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent, chance, vanishing
@@ -24,7 +24,8 @@ from mmt_drake.effects.effect import Effect
 from mmt_drake.numeric.arrays import Array
 
 RULED_OUT = 0.01
-"""An explanation is ruled out if chance would put the best one so far before it with less than this probability ..."""
+"""An explanation is ruled out if chance would put the best one so far before it with less than this probability, and
+not the other way about in most blocks ..."""
 ALIKE = 2.0
 """... and, if it has a name, only if it leaves more than this many times as much beyond the noise, in variance. What
 nobody has named is in every block and no chance: a wrong law may take from it what the right one leaves."""
@@ -97,6 +98,8 @@ class ConfidenceSet:
         for i, cost in enumerate(costs):
             if chances[i] >= RULED_OUT and cost > ALIKE * costs[best]:
                 chances[i] = _with_unseen(problem, fits[i], fits[best], chances[i])
+            if chances[i] < RULED_OUT and in_most_blocks(numbers, left[i], left[best], noise) < RULED_OUT:
+                chances[i] = RULED_OUT
         for i in contradicted(problem, fits, chances):
             chances[i], costs[i] = 0.0, math.inf
         found, alike = cls.sifted(fits, costs, chances, unsaid, problem.samples())

@@ -65,6 +65,23 @@ def by_chance(numbers: NDArray[np.intp], worse: Array, better: Array, noise: flo
     return min(1.0, 2.0 * min(_in_all(numbers, worse, better), _in_every_block(numbers, worse, better, noise)))
 
 
+def in_most_blocks(numbers: NDArray[np.intp], one: Array, other: Array, noise: float = 1.0) -> float:
+    """Probability that chance alone makes one explanation the better one in so many more blocks than the other.
+
+    A sign test of the blocks in which one leaves less than half as much as the other, or more than twice as much. A
+    body that sticks once more or less than it did leaves more in that block than all others together, however right
+    its law is in these.
+
+    Args:
+        numbers, noise: as for `by_chance`.
+        one, other: (n,) residuals of both.
+    """
+    counts = np.bincount(numbers)
+    mine, theirs = (np.bincount(numbers, r**2) + noise * counts for r in (one, other))
+    won, lost = int(np.count_nonzero(2.0 * mine < theirs)), int(np.count_nonzero(mine > 2.0 * theirs))
+    return float(stats.binom.sf(won - 1, won + lost, 0.5))
+
+
 def jointly(*chances: float) -> float:
     """Probability of independent tests together (Fisher 1932, Statistical Methods for Research Workers, 21.1)."""
     return float(stats.combine_pvalues(chances, "fisher").pvalue)
