@@ -11,6 +11,7 @@ from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.diagrams.stations.environment import NOISE_SEED
 from mmt_drake.diagrams.stations.surfaces import SimulatedDepthCamera, SurfaceCloud
 from mmt_drake.errors import BadInput, check_number
+from mmt_drake.hw.realsense.view import GREY, Colour, Solid, TableScene
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import Additions
 from mmt_drake.quantities import Quantity, quantities
@@ -21,7 +22,6 @@ from mmt_drake.systems.scene_tracker import SceneTracker
 
 if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.site import Site
-    from mmt_drake.hw.realsense.view import TableScene
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class PlacedObject:
     at: tuple[float, float] = (0.0, 0.0)
     size: tuple[float, float, float] = (0.08, 0.08, 0.05)
     round: bool = False
-    colour: tuple[float, float, float] = (0.6, 0.6, 0.6)
+    colour: Colour = GREY
     object: FlexibleBoxModel = FlexibleBoxModel()
     centre: Annotated[float | None, Quantity("m", 0.005, 0.5)] = None
 
@@ -113,8 +113,6 @@ class SeveralObjects:
 
     def solids(self) -> TableScene:
         """What a camera looks at."""
-        from mmt_drake.hw.realsense.view import Solid, TableScene
-
         solids = (
             Solid(each.size, each.at, self.table + each.size[2], each.round, each.colour)
             for each in self.things.values()

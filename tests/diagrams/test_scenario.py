@@ -126,6 +126,12 @@ def test_of_several_objects_one_hangs_as_it_says_or_by_its_middle_and_none_with_
         load_scenario("setup4", ["environment.laws=foreign"])
 
 
+@pytest.mark.parametrize("colour", ["[0.5, 255, 0]", "[-0.1, 0, 0]", "[0.5, .nan, 0]"])
+def test_a_colour_that_is_none_is_refused(colour):
+    with pytest.raises(BadInput, match=r"environment\.things\.roll\.colour(\[1\])?: found"):
+        load_scenario("setup4", [f"environment.things.roll.colour={colour}"])
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
