@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 from residual_samples import PLAIN, leaving, strokes
 
+from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
+from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.learn import Learned, more_branches, other_curves, tables, worth_while
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.effects import LIBRARY
+from mmt_drake.model.driven_model import DrivenBodyModel
+from mmt_drake.recording import Recording
 
 DRAG, FC = 5.0, 0.2
 
@@ -133,3 +137,46 @@ def test_no_table_is_kept_where_only_noise_is_left():
     problem, refit, found = learned()
     assert found and worth_while(problem, refit, found) is None
     assert worth_while(problem, refit, []) is None
+
+
+def carriage(power: float) -> Recording:
+    """m x'' + b x' + c |x'|^power sgn x' = u with m = 3, b = 4, c = 20, by Runge and Kutta's rule."""
+    t = np.arange(12000) / 1000.0
+    w, size = 2.0 * np.pi * np.array([0.31, 0.83, 1.7]), np.array([10.0, 8.0, 6.0])
+
+    def rate(at: float, state: np.ndarray) -> np.ndarray:
+        v = state[1]
+        force = float(np.sin(w * at) @ size) - 4.0 * v - 20.0 * abs(v) ** power * np.sign(v)
+        return np.array([v, force / 3.0])
+
+    states, h = np.zeros((len(t), 2)), 1e-3
+    for i, at in enumerate(t[:-1]):
+        k1 = rate(at, states[i])
+        k2 = rate(at + 0.5 * h, states[i] + 0.5 * h * k1)
+        k3 = rate(at + 0.5 * h, states[i] + 0.5 * h * k2)
+        k4 = rate(at + h, states[i] + h * k3)
+        states[i + 1] = states[i] + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    noise = 5e-5 * np.random.default_rng(1).standard_normal(len(t))
+    return Recording(t, {"input": np.sin(t[:, None] * w) @ size, "output": states[:, 0] + noise}, "carriage")
+
+
+def on_carriage(power: float, effect: str, **values: float) -> tuple[Problem, Fitted]:
+    """The recording, and the right numbers with this effect."""
+    problem = prepare([carriage(power)], DrivenBodyModel(m=3.0, b=4.0)).problem
+    assert problem is not None
+    hypothesis = Hypothesis(DrivenBodyModel(m=3.0, b=4.0)).adding(LIBRARY[effect])
+    return problem, problem.at(hypothesis, hypothesis.vector({}, {effect: values}))
+
+
+@pytest.mark.parametrize(("power", "bent"), [(1.6, {"quadratic_drag"}), (2.0, set())])
+def test_of_a_driven_body_a_curve_in_newtons_tells_drag_of_another_power(power: float, bent: set[str]) -> None:
+    problem, best = on_carriage(power, "quadratic_drag", c=20.0)
+    best = problem.fit(best.hypothesis, best.x)
+    with ThreadPoolExecutor(1) as executor:
+        assert other_curves(problem, best, executor) == bent
+
+
+def test_of_a_driven_body_a_delay_may_be_a_lag_where_it_leaves_more_than_noise() -> None:
+    problem, best = on_carriage(2.0, "time_delay", delay=0.01)
+    with ThreadPoolExecutor(1) as executor:
+        assert other_curves(problem, best, executor) == {"time_delay"}

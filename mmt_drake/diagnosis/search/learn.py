@@ -16,6 +16,7 @@ from mmt_drake.effects import tabulated_force
 from mmt_drake.effects.effect import Effect
 from mmt_drake.effects.tabulated_force import SIGNALS
 from mmt_drake.errors import MmtError, attempt
+from mmt_drake.model.structure import PositionOut
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.least_squares import minimise
 
@@ -26,7 +27,12 @@ OTHER, UNLIKELY = 0.1, 0.05
 do that with less than this probability."""
 _DEPENDS_ON = {"contact_stiffness": "deflection", "dry_friction": "sliding_velocity", "viscous": "sliding_velocity"}
 """Family of laws that are a curve over one signal -> that signal."""
-_BRANCHING = ("viscoelastic_relaxation", "hysteresis")
+_OVER_TIME = {"stiffness_drift": "stiffness_over_time", "stiffness_step": "stiffness_over_time"}
+"""Those of its laws that are one over another signal."""
+_WITHOUT_A_CURVE = ("timing", "drive_train")
+"""Families of driven bodies of whose laws nothing tells whether another one of them leaves less: a lag or a delay of
+the actuator, a play or a soft zone."""
+_BRANCHING = ("viscoelastic_relaxation", "hysteresis", "elastoplastic_play")
 """Laws that relax or yield at one rate, where materials have many: more of them side by side are another law."""
 _WEAKER, _APART = 0.3, (0.25, 4.0)
 """A further branch begins with this part of the strength, and so many times what gives the first one its shape."""
@@ -34,6 +40,7 @@ SIGNIFICANT = 0.01
 _LEAST_TRIED = 4
 """Signals that a table is learned over, however late it is."""
 _STEPS, _FURTHER_STEPS = 4, 12
+_SMALL = 1e-3  # [N] or [N/m] of a table that shows how far one moves a body
 _RIDGE = 0.05  # of the residual's strength: what pulls the second differences of a table to 0
 _TABLE = tabulated_force.EFFECT.name
 
@@ -81,21 +88,23 @@ def tables(
 def other_curves(problem: Problem, best: Fitted, executor: Executor) -> frozenset[str]:
     """Effects of a fit beside which a free curve over the signal that they depend on explains some of what is left.
 
-    Their law then may be another one of the family.
+    Their law then may be another one of the family; and so it may where no curve could tell.
 
     Args:
         problem: the recordings on the clock of the verdict.
         best: the fit.
         executor: learns the curves.
     """
-    along = {e.name: _DEPENDS_ON.get(e.family) for e in best.hypothesis.effects if e.axis != "z"}
+    effects = [e for e in best.hypothesis.effects if e.axis != "z"]
+    along = {e.name: _OVER_TIME.get(e.name, _DEPENDS_ON.get(e.family)) for e in effects}
     found = table_signals(problem, best.model, [of for of in SIGNALS if of in along.values()])
     better = {
         curve.values["of"]
         for curve in _over_each(problem, best, found, executor)
         if curve is not None and worth_while(problem, best, [curve], OTHER, UNLIKELY) is not None
     }
-    return frozenset(name for name, of in along.items() if of in better)
+    unasked = [e.name for e in effects if e.family in _WITHOUT_A_CURVE and isinstance(best.model, PositionOut)]
+    return frozenset([name for name, of in along.items() if of in better] + unasked)
 
 
 def more_branches(problem: Problem, best: Fitted, executor: Executor) -> frozenset[str]:
@@ -171,15 +180,39 @@ def _over_each(
     return executor.map(_learned, *zip(*((problem, fitted, *signal) for signal in signals), strict=True))
 
 
+def _spread(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> float:
+    """What a table's values are to be if they make what a fit leaves, in their unit.
+
+    Raises:
+        MmtError: a table as small as can be cannot be simulated.
+    """
+    left = problem.left(refit) * float(np.mean([track.floor for track in problem.tracks]))
+    if isinstance(refit.model, PositionOut):  # what is left is no force: a straight table tells how far one goes
+        straight = _SMALL * np.asarray(at) / np.abs(at).max()
+        held = {
+            "of": of,
+            "at": list(at),
+            "value": [max(float(v), 0.0) if SIGNALS[of].level else float(v) for v in straight],
+        }
+        model = refit.hypothesis.adding(tabulated_force.EFFECT, held).model(refit.x)
+        moved = problem.residual(model, refit.skew) - problem.residual(refit.model, refit.skew)
+        per_unit = math.sqrt(float(moved @ moved) / problem.samples()) / _SMALL
+        return problem.left(refit) / max(per_unit, 1e-300)
+    if SIGNALS[of].unit == "N/m":
+        replayed = (track.replay(refit.model, problem.coarse, refit.late)[1] for track in problem.tracks)
+        deflections = [np.std(states["deflection"]) for states in replayed if "deflection" in states]
+        left /= max(float(np.mean(deflections)), 1e-300)
+    return left
+
+
 def _learned(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> Learned | None:
     hypothesis, base = refit.hypothesis, refit.x
     n = len(base)
     strength = problem.left(refit)
-    spread = strength * float(np.mean([track.floor for track in problem.tracks]))
-    if SIGNALS[of].unit == "N/m":
-        replayed = (track.replay(refit.model, problem.coarse, refit.late)[1] for track in problem.tracks)
-        deflections = [np.std(states["deflection"]) for states in replayed if "deflection" in states]
-        spread /= max(float(np.mean(deflections)), 1e-300)
+    try:
+        spread = _spread(problem, refit, of, at)
+    except MmtError:
+        return None
     bend = np.diff(np.eye(len(at)), 2, axis=0) * (_RIDGE * math.sqrt(problem.samples()) / spread)
 
     def residual(x: Array) -> Array:
