@@ -41,6 +41,7 @@ from mmt_drake.diagnosis.tell.prescribe import prescribe
 from mmt_drake.diagnosis.tell.result import TABULATED
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
+from mmt_drake.effects.tabulated_force import SIGNALS
 from mmt_drake.errors import MmtError, attempt
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model, compared, model_data
@@ -263,16 +264,20 @@ class _LawSession(DiagnosisSession):
         return replace(judgement, learned=learned, shapes=shapes)
 
     def _beside_its_table(self, problem: Problem, judgement: Judgement) -> Judgement | None:
-        """The judgement, if a table alone predicts worse than with the offsets named beside it; else without any name.
+        """The judgement, if a table alone predicts worse than with the names beside it; else without any name.
 
-        A curve has an offset of its own: a spring that is stiffer one way than the other looks like one.
+        A curve has an offset of its own: a spring that is stiffer one way than the other looks like one. And a curve
+        in one block may look like a law in another: a soft force sensor like a softening spring.
 
         Args:
             problem: as it was searched.
             judgement: with the table of what its fit leaves, if there is one.
         """
         best, learned = judgement.best, judgement.learned
-        if learned is None or not best.hypothesis.key <= OFFSETS:
+        if learned is None:
+            return judgement
+        elsewhere = SIGNALS[learned.values["of"]].block not in {e.block for e in best.hypothesis.effects}
+        if not (elsewhere or best.hypothesis.key <= OFFSETS):
             return judgement
         alone, ruler = without_effects(problem, judgement.refit, learned), self.ruler(judgement.standard.problem)
         is_as_good = alone is not None and ruler.of(alone.fitted.model) <= ALIKE * ruler.of(learned.fitted.model)

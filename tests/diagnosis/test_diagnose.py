@@ -122,9 +122,23 @@ def test_a_spring_that_is_stiffer_one_way_is_a_curve_and_no_offset_beside_one(mo
     assert (found.verdict, [effect.name for effect in found.effects]) == ("unexplained", ["tabulated_force"])
     assert found.effects[0].parameters["of"].value == "deflection"
     assert found.fit.heldout_nrmse.augmented < 0.1 * found.fit.heldout_nrmse.refit
-    monkeypatch.setattr("mmt_drake.diagnosis.diagnose.OFFSETS", frozenset())
+    monkeypatch.setattr("mmt_drake.diagnosis.diagnose.ALIKE", 0.0)
     beside = diagnose([recording], SPRING, library=library).diagnosis
     assert [effect.name for effect in beside.effects] == ["force_bias", "tabulated_force"]  # it would be named
+
+
+def test_a_soft_force_sensor_is_a_curve_of_the_sensor_and_no_softening_spring():
+    t, rng = np.arange(8000) / 400.0, np.random.default_rng(0)
+    w, size = 2.0 * np.pi * np.array([0.6, 1.4, 2.3]), np.array([0.012, 0.008, 0.004])
+    x, v = np.sin(w * t[:, None]) @ size, np.cos(w * t[:, None]) @ (w * size)
+    true = -SPRING.k * x - 3.0 * SPRING.b * v
+    limit = 1.1 * np.abs(true).max()
+    force = limit * np.tanh(true / limit) + rng.normal(0.0, 0.02, len(t))
+    recording = Recording(t, {"position": x, "velocity": v, "force": force})
+    library = [LIBRARY[name] for name in ("nonlinear_stiffness", "power_law_stiffness", "tabulated_force")]
+    found = diagnose([recording], replace(SPRING, b=3.0 * SPRING.b), library=library).diagnosis
+    assert [effect.name for effect in found.effects] == ["tabulated_force"], found.summary
+    assert found.effects[0].block == "force_sensor"
 
 
 def test_a_still_hand_says_nothing():
