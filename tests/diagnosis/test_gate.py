@@ -195,6 +195,13 @@ def test_where_no_law_takes_anything_off_next_to_nothing_or_as_much_as_noise_is_
     assert without_names(shares, handed_in, refit, changed) == verdict
 
 
+@pytest.mark.parametrize(("refit", "verdict"), [(0.9 * COLOURED, "parameters"), (1.1 * COLOURED, "unexplained")])
+def test_where_touches_are_late_what_is_left_beyond_the_noise_is_no_colour_of_it(refit, verdict):
+    shares = [BudgetPart("parameters", 1.0), BudgetPart("nameless", 0.0), BudgetPart("noise", 0.0)]
+    assert without_names(shares, 50.0, refit, True, late=True) == verdict
+    assert without_names(shares, 50.0, refit, True) == "parameters"
+
+
 def test_a_parameter_at_its_bound_is_told_and_one_that_may_vanish_may(standard):
     high = PLAIN.vector({"k2": WIDEST * PLAIN.nominal.parameter("k2")}, {})
     fitted = standard.problem.unchanged(PLAIN, high)

@@ -104,7 +104,9 @@ def without_physics(nominal_left: float, refit_left: float) -> Verdict | None:
     return "parameters" if refit_left <= NOTHING_LEFT else None
 
 
-def without_names(shares: Sequence[BudgetPart], nominal_left: float, refit_left: float, changed: bool) -> Verdict:
+def without_names(
+    shares: Sequence[BudgetPart], nominal_left: float, refit_left: float, changed: bool, late: bool = False
+) -> Verdict:
     """The verdict where no effect of the library explains what a refit leaves by more than chance, nor a table does.
 
     Noise of sensors is seldom white, so that a right model leaves more than the floor. What follows no signal, and is
@@ -114,8 +116,11 @@ def without_names(shares: Sequence[BudgetPart], nominal_left: float, refit_left:
         shares: the budget of what predicts better, the refit or what was handed in.
         nominal_left, refit_left: what either leaves, see `NoiseReference.left`.
         changed: whether the refit predicts better, and its numbers are others than those handed in.
+        late: whether touches show that force and position share no clock. Then what is left is no colour of the noise.
     """
     least = min(nominal_left, refit_left)
+    if late and least > COLOURED:
+        return "unexplained"
     if least > REMAINS or (least > COLOURED and _share(shares, NAMELESS_PART) > NAMELESS):
         return "unexplained"
     gain = nominal_left**2 - refit_left**2
