@@ -187,7 +187,9 @@ class Track(ABC):
         """The output of `replay`, refused where it diverges."""
         check_stop()
         output, _ = self._integrated(model, coarse, late)
-        if not math.isfinite(output @ output):
+        with np.errstate(over="ignore"):
+            diverges = not math.isfinite(output @ output)
+        if diverges:
             raise MmtError(f"{self.smoothed.source}: the simulation diverges")
         return output
 
