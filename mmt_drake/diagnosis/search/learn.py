@@ -29,9 +29,9 @@ _DEPENDS_ON = {"contact_stiffness": "deflection", "dry_friction": "sliding_veloc
 """Family of laws that are a curve over one signal -> that signal."""
 _OVER_TIME = {"stiffness_drift": "stiffness_over_time", "stiffness_step": "stiffness_over_time"}
 """Those of its laws that are one over another signal."""
-_WITHOUT_A_CURVE = ("timing", "drive_train")
-"""Families of driven bodies of whose laws nothing tells whether another one of them leaves less: a lag or a delay of
-the actuator, a play or a soft zone."""
+_WITHOUT_A_CURVE, _MORE_THAN_NOISE = ("timing", "drive_train"), 2.5
+"""Families of driven bodies of whose laws nothing tells whether another one leaves less, a lag or a delay of the
+actuator, a play or a soft zone; and the RMS over the noise above which one may."""
 _BRANCHING = ("viscoelastic_relaxation", "hysteresis", "elastoplastic_play")
 """Laws that relax or yield at one rate, where materials have many: more of them side by side are another law."""
 _WEAKER, _APART = 0.3, (0.25, 4.0)
@@ -103,7 +103,8 @@ def other_curves(problem: Problem, best: Fitted, executor: Executor) -> frozense
         for curve in _over_each(problem, best, found, executor)
         if curve is not None and worth_while(problem, best, [curve], OTHER, UNLIKELY) is not None
     }
-    unasked = [e.name for e in effects if e.family in _WITHOUT_A_CURVE and isinstance(best.model, PositionOut)]
+    may_be_another = isinstance(best.model, PositionOut) and problem.left(best) > _MORE_THAN_NOISE
+    unasked = [e.name for e in effects if may_be_another and e.family in _WITHOUT_A_CURVE]
     return frozenset([name for name, of in along.items() if of in better] + unasked)
 
 
