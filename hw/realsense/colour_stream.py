@@ -9,6 +9,7 @@ from mmt_drake.errors import one_line
 from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.colour import ColourImage
 from mmt_drake.hw.realsense.depth import Intrinsics
+from mmt_drake.hw.realsense.opened import OpenedSensor
 from mmt_drake.hw.realsense.sdk import load_sdk
 
 
@@ -25,24 +26,18 @@ class ColourStream(Closing):
     """
 
     def __init__(self, sensor: Any, profile: Any, depth: Any) -> None:
-        self._sensor, self._open = sensor, False
-        self._queue = load_sdk().frame_queue(1)  # newest wins
         self._intrinsics = Intrinsics.of_profile(profile.as_video_stream_profile().get_intrinsics(), distorted=True)
         try:
             beside = depth.get_extrinsics_to(profile)
-            sensor.open(profile)
-            self._open = True
-            sensor.start(self._queue)
         except RuntimeError as error:
-            if self._open:
-                sensor.close()
-            raise DeviceError(f"realsense: the colour stream does not start: {one_line(error)}") from None
+            raise DeviceError(f"realsense: where the colour sensor stands is not known: {one_line(error)}") from None
+        self._opened = OpenedSensor(sensor, profile, "colour")
         self._rotation = np.reshape(beside.rotation, (3, 3)).T  # by columns
         self._translation = np.array(beside.translation)
 
     def newest(self) -> ColourImage | None:
         """The newest picture that has not been given yet; None: there is none."""
-        frame = self._queue.poll_for_frame()
+        frame = self._opened.queue.poll_for_frame()
         if not frame:
             return None
         pixels = np.array(frame.get_data(), dtype=np.uint8)
@@ -50,10 +45,7 @@ class ColourStream(Closing):
 
     def close(self) -> None:
         """Stop the sensor; a second time does nothing."""
-        if self._open:
-            self._open = False
-            self._sensor.stop()
-            self._sensor.close()
+        self._opened.close()
 
 
 def colour_sensor(device: Any, depth: Any) -> tuple[Any, Any]:

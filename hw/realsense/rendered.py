@@ -91,7 +91,7 @@ class RenderedScene:
 
     def colour(self, *frames: Point3) -> ColourImage:
         """The same in colour, from where depth is seen, without shade."""
-        return ColourImage(_coloured(self, frames or self._untouched()), self.intrinsics)
+        return ColourImage(_drawn(self, "colour", frames or self._untouched())[..., :3], self.intrinsics)
 
     def _untouched(self) -> tuple[Point3, ...]:
         bodies = tuple((x, y, 0.0) for x, y in self.origins)
@@ -100,13 +100,12 @@ class RenderedScene:
 
 @lru_cache(maxsize=1)  # cameras of different errors look at the same picture
 def _rendered(seen: RenderedScene, frames: tuple[Point3, ...]) -> Image:
-    depth: Image = _renderer(seen, os.getpid(), get_ident()).draw("depth", frames)[..., 0]
+    depth: Image = _drawn(seen, "depth", frames)[..., 0]
     return depth
 
 
-def _coloured(seen: RenderedScene, frames: tuple[Point3, ...]) -> NDArray[np.uint8]:
-    pixels: NDArray[np.uint8] = _renderer(seen, os.getpid(), get_ident()).draw("colour", frames)[..., :3]
-    return pixels
+def _drawn(seen: RenderedScene, what: str, frames: tuple[Point3, ...]) -> NDArray[Any]:
+    return _renderer(seen, os.getpid(), get_ident()).draw(what, frames)
 
 
 @lru_cache(maxsize=_KEPT)

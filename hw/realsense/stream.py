@@ -14,6 +14,7 @@ from mmt_drake.hw.errors import DeviceError
 from mmt_drake.hw.realsense.colour import ColourImage
 from mmt_drake.hw.realsense.colour_stream import ColourStream, colour_sensor
 from mmt_drake.hw.realsense.depth import DepthImage, Intrinsics
+from mmt_drake.hw.realsense.opened import OpenedSensor
 from mmt_drake.hw.realsense.sdk import load_sdk, new_context
 
 _QUEUED = 4  # frames of a recording read ahead
@@ -71,19 +72,9 @@ class DepthStream(Closing):
         colour: tuple[Any, Any] | None = None,
     ) -> None:
         self.intrinsics = Intrinsics.of_profile(profile.as_video_stream_profile().get_intrinsics())
-        self._sensor, self._keeps, self._clock = sensor, keeps, clock
-        self._queue = load_sdk().frame_queue(1)  # newest wins
-        self._open = False
-        try:
-            sensor.open(profile)
-            try:
-                sensor.start(self._queue)
-            except RuntimeError:
-                sensor.close()
-                raise
-        except RuntimeError as error:
-            raise DeviceError(f"realsense: the depth stream does not start: {one_line(error)}") from None
-        self._open, self._colour = True, None
+        self._keeps, self._clock = keeps, clock
+        self._colour: ColourStream | None = None
+        self._opened = OpenedSensor(sensor, profile, "depth")
         try:
             self._colour = None if colour is None else ColourStream(*colour, profile)
         except DeviceError:
@@ -96,9 +87,9 @@ class DepthStream(Closing):
         Raises:
             DeviceError: the stream is closed.
         """
-        if not self._open:
+        if not self._opened.is_open:
             raise DeviceError("realsense: the depth stream is closed")
-        came, frame = self._queue.try_wait_for_frame(max(1, round(timeout * 1e3)))
+        came, frame = self._opened.queue.try_wait_for_frame(max(1, round(timeout * 1e3)))
         if not came:
             return None
         colour = None if self._colour is None else self._colour.newest()
@@ -106,12 +97,9 @@ class DepthStream(Closing):
 
     def close(self) -> None:
         """Stop the sensor; a second time does nothing."""
-        if self._open:
-            self._open = False
-            if self._colour is not None:
-                self._colour.close()
-            self._sensor.stop()
-            self._sensor.close()
+        if self._colour is not None:
+            self._colour.close()
+        self._opened.close()
 
 
 def open_camera(

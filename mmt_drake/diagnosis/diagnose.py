@@ -234,7 +234,7 @@ class _LawSession(DiagnosisSession):
         if nothing_stands and judgement.learned is None and not judgement.untried:
             changed = best is free and bool(document.parameters(free, intervals(fine, free)))
             left = standard.left(handed_in), standard.left(refit)
-            verdict = gate.without_names(judgement.shares, *left, changed, self._found("offset", "warn"))
+            verdict = gate.without_names(judgement.shares, *left, changed, self._warned("offset"))
             if verdict == "no_mismatch":
                 judgement = replace(judgement, best=handed_in, shares=self.shares(fine, handed_in))
             judgement = replace(judgement, verdict=verdict)
@@ -346,12 +346,12 @@ class _LawSession(DiagnosisSession):
 
     def _is_short(self) -> bool:
         """Whether the check before the diagnosis found so little that counts that it warned."""
-        return self._found("short")
+        return self._warned("short")
 
-    def _found(self, code: str, *severities: str) -> bool:
-        """Whether the check before the diagnosis found this in every recording, as severe as that if it is said."""
+    def _warned(self, code: str) -> bool:
+        """Whether the check before the diagnosis warned of this in every recording."""
         checks = (check.findings for check in self.prepared.preflights)
-        return all(any(f.code == code and f.severity in (severities or (f.severity,)) for f in some) for some in checks)
+        return all(any(f.code == code and f.severity == "warn" for f in findings) for findings in checks)
 
     def _prescribed(self, outcome: Outcome, explanations: Sequence[Fitted]) -> Outcome:
         self.watch.begin(_NEXT)

@@ -196,7 +196,7 @@ def _spread(problem: Problem, refit: Fitted, of: str, at: Sequence[float]) -> fl
             "value": [max(float(v), 0.0) if SIGNALS[of].level else float(v) for v in straight],
         }
         model = refit.hypothesis.adding(tabulated_force.EFFECT, held).model(refit.x)
-        moved = problem.residual(model, refit.skew) - problem.residual(refit.model, refit.skew)
+        moved = problem.objective(model, refit.skew) - refit.minimum.residual
         per_unit = math.sqrt(float(moved @ moved) / problem.samples()) / _SMALL
         return problem.left(refit) / max(per_unit, 1e-300)
     if SIGNALS[of].unit == "N/m":
