@@ -13,6 +13,7 @@ from mmt_drake.recording.recording import Recording
 
 _READ = "thing", "state", "x", "y", "top", "along", "across"
 _PASSED_S = 0.05  # that a tip is within an object and does not touch it
+_SEEN_LOW = 5e-4  # [m] a top may be, by the camera's noise, where the tip touches it
 
 
 @dataclass(frozen=True)
@@ -51,16 +52,20 @@ def objects_touched(recording: Recording) -> ObjectsTouched | None:
         return None
     tip, contact, step = vector(recording, "position"), flag(recording, "detected_contact"), mean_step(recording)
     begins = [first for first, _ in stretches(contact)]
-    beyond = _beyond(recording, tip)
-    touches = {thing: int(np.count_nonzero(off[begins] <= MARGIN)) for thing, off in beyond.items()}
-    passed = {thing: step * int(np.count_nonzero((off <= 0.0) & ~contact)) for thing, off in beyond.items()}
+    near, within = _beyond(recording, tip, _SEEN_LOW), _beyond(recording, tip)
+    touches = {thing: int(np.count_nonzero(off[begins] <= MARGIN)) for thing, off in near.items()}
+    passed = {thing: step * int(np.count_nonzero((off <= 0.0) & ~contact)) for thing, off in within.items()}
     return ObjectsTouched(touches, {thing: seconds for thing, seconds in passed.items() if seconds > _PASSED_S})
 
 
-def _beyond(recording: Recording, tip: Array) -> dict[int, Array]:
+def _beyond(recording: Recording, tip: Array, above: float = 0.0) -> dict[int, Array]:
     """Of each object how far the tip was beyond its outline [m], negative over it; inf where it was not below its top.
 
     Nor is it below that of one that is not there, or off the table.
+
+    Args:
+        recording, tip: the run, and its tip's positions.
+        above: what still counts as below the top [m].
     """
     found: dict[int, Array] = {}
     for row in range(1, MOST + 1):
@@ -68,7 +73,7 @@ def _beyond(recording: Recording, tip: Array) -> dict[int, Array]:
         x = np.abs(tip[:, 0] - entry["x"]) - 0.5 * entry["along"]
         y = np.abs(tip[:, 1] - entry["y"]) - 0.5 * entry["across"]
         there = is_there(entry["state"]) & (entry["state"] != SeenState.CARRIED)
-        off = np.where(there & (tip[:, 2] < entry["top"]), np.maximum(x, y), np.inf)
+        off = np.where(there & (tip[:, 2] < entry["top"] + above), np.maximum(x, y), np.inf)
         for thing in np.unique(entry["thing"][entry["thing"] > 0.0]).astype(int).tolist():
             now = np.where(entry["thing"] == thing, off, np.inf)
             found[thing] = np.minimum(found[thing], now) if thing in found else now

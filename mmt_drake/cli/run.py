@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
             whole_or_none(file, target or Path(folder)),
             nullcontext() if switched is None else console.switching(switched),
         ):
-            simulated, interrupted = _simulate(station, pace, process)
+            simulated, interrupted, held = _simulate(station, pace, process)
         wall = time.perf_counter() - start
         recording = tried(lambda: _read_back(file, forces=arguments.side != "operator"))
         kept = None if target is None else file.path if target == native else target
@@ -115,6 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
         simulated_s=simulated,
         wall_s=wall,
         pacing=pace,
+        process=held,
         scores=scores,
         recording=None if kept is None else str(kept),
         figures=more,
@@ -230,17 +231,21 @@ def _process(arguments: argparse.Namespace, paced: bool) -> ProcessOptions:
     return ProcessOptions(arguments.priority, arguments.cpu, arguments.lock_memory)
 
 
-def _simulate(station: Station, pace: Pace | None, process: ProcessOptions) -> tuple[float, bool]:
-    """Run the station and complete its recording; gives the simulated time [s], and whether Ctrl-C ended it."""
-    reached = 0.0
+def _simulate(station: Station, pace: Pace | None, process: ProcessOptions) -> tuple[float, bool, list[str]]:
+    """Run the station and complete its recording.
+
+    Returns:
+        The simulated time [s], whether Ctrl-C ended it, and what was asked of the system to be on time.
+    """
+    reached, held = 0.0, list[str]()
 
     def note() -> str:
         return "" if pace is None else f", {pace.live()}"
 
     try:
-        ready = real_time_process(process) if pace is not None else nullcontext()
+        ready = real_time_process(process) if pace is not None else nullcontext(held)
         # The bar's thread begins before this one has a priority and a processor, which it would take over.
-        with progress(station.scenario.name, station.duration, simulated=True, note=note) as show, ready:
+        with progress(station.scenario.name, station.duration, simulated=True, note=note) as show, ready as held:
 
             def update(now: float) -> None:
                 nonlocal reached
@@ -249,5 +254,5 @@ def _simulate(station: Station, pace: Pace | None, process: ProcessOptions) -> t
 
             station.simulate(progress=update, pace=pace)
     except KeyboardInterrupt:
-        return reached, True
-    return reached, False
+        return reached, True, held
+    return reached, False, held

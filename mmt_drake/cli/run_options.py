@@ -58,7 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=seed, metavar="S", help="of noise and networks, in place of the scenario's")
     _add_devices(parser)
     parser.add_argument("--realtime", action="store_true", help="keep to the wall clock, and tell where it was missed")
-    parser.add_argument("--priority", type=int, metavar="N", help="real-time priority of a paced run, 1 to 99")
+    text = "real-time priority of a paced run, 1 to 99; 0: none (default: 40 where the system permits it)"
+    parser.add_argument("--priority", type=int, metavar="N", help=text)
     parser.add_argument("--cpu", type=int, metavar="N", help="processor for a paced run, which nothing else should use")
     parser.add_argument("--lock-memory", action="store_true", help="keep all memory of a paced run in RAM")
     parser.add_argument("--meshcat", action="store_true", help="show the run to the browsers of this machine")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
@@ -84,6 +84,7 @@ class RunSummary:
         operator: whose motion it was.
         simulated_s, wall_s: how long it took, in simulated and in real time [s].
         pacing: how well it kept to the wall clock; None where it was not meant to.
+        process: what the system was asked for to keep to it, a few words each.
         scores: what its recording says of it.
         recording: the file that was kept.
         figures: what else came of it, by its key as data: of the `link` to the other side, the operator's `device`, the
@@ -96,6 +97,7 @@ class RunSummary:
     simulated_s: float
     wall_s: float
     pacing: Pace | None
+    process: Sequence[str]
     scores: RunScores
     recording: str | None
     figures: Mapping[str, RunFigure]
@@ -110,6 +112,8 @@ class RunSummary:
         ]
         lines += self.scores.lines()
         lines.append("overruns: not paced" if self.pacing is None else self.pacing.line())
+        if self.process:
+            lines.append(f"process: {', '.join(self.process)}")
         lines += [figure.line for figure in self.figures.values()]
         gaps = f", {self.gaps} rows and clouds missing: the disk was too slow" if self.gaps else ""
         lines.append(f"recording: {self.recording or 'not kept (--record OUT keeps it)'}{gaps}")
@@ -124,6 +128,7 @@ class RunSummary:
             "simulated_s": self.simulated_s,
             "wall_s": self.wall_s,
             "overruns": None if self.pacing is None else self.pacing.to_json(),
+            "process": list(self.process),
             **self.scores.to_json(),
             "recording": self.recording,
             "recording_gaps": self.gaps,

@@ -14,6 +14,7 @@ from mmt_drake.errors import BadInput
 _SET_TIMER_SLACK, _GET_TIMER_SLACK = 29, 30  # of prctl(2)
 _CURRENT_AND_FUTURE = 3  # MCL_CURRENT | MCL_FUTURE of mlockall(2)
 _SWITCH = 1e-4  # [s]
+_PRIORITY = 40  # under a real-time kernel's interrupts, at 50, and what drives an arm, at 99
 _DOCTOR = "`mmt-drake doctor` says how"
 
 
@@ -22,7 +23,8 @@ class ProcessOptions:
     """What to ask of the system for a run in real time; all of it is given back at the end.
 
     Attributes:
-        priority: real-time priority (SCHED_FIFO) of the thread that runs the loop, 1 to 99; None: as it is.
+        priority: real-time priority (SCHED_FIFO) of the thread that runs the loop, 1 to 99; 0: none; None: 40 where the
+            system permits it and there is another processor for the rest.
         cpu: processor for that thread; None: any.
         lock_memory: keep all memory in RAM (mlockall), so that no page has to be fetched in the midst of a tick.
     """
@@ -32,8 +34,8 @@ class ProcessOptions:
     lock_memory: bool = False
 
     def __post_init__(self) -> None:
-        if self.priority is not None and not 1 <= self.priority <= 99:
-            raise BadInput("real time", at="priority", found=self.priority, expected="1 to 99")
+        if self.priority is not None and not 0 <= self.priority <= 99:
+            raise BadInput("real time", at="priority", found=self.priority, expected="1 to 99, or 0 for none")
 
 
 @contextmanager
@@ -42,7 +44,7 @@ def real_time_process(options: ProcessOptions) -> Iterator[list[str]]:
 
     The garbage collector is off meanwhile, and what exists at the start is left out of its later rounds; timers of this
     thread are as exact as the kernel has them; and other Python threads give way soon. All this needs no permission;
-    the rest may.
+    the rest may. Without a real-time priority the kernel lets others finish their turn, of milliseconds, first.
 
     Raises:
         BadInput: the system does not permit what was asked, or there is no such processor.
@@ -53,7 +55,7 @@ def real_time_process(options: ProcessOptions) -> Iterator[list[str]]:
             done.append(_pinned(options.cpu, undo))
         if options.lock_memory:
             done.append(_locked(undo))
-        if options.priority is not None:  # last: what comes before should not run at it
+        if options.priority != 0:  # last: what comes before should not run at it
             done.append(_prioritised(options.priority, undo))
         yield done
 
@@ -112,11 +114,16 @@ def _locked(undo: ExitStack) -> str:
     return "memory locked"
 
 
-def _prioritised(priority: int, undo: ExitStack) -> str:
+def _prioritised(asked: int | None, undo: ExitStack) -> str:
+    if asked is None and os.cpu_count() == 1:
+        return "no real-time priority on one processor"
     policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    priority = _PRIORITY if asked is None else asked
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except PermissionError:
+        if asked is None:
+            return f"no real-time priority: not permitted, {_DOCTOR}"
         _, hard = resource.getrlimit(resource.RLIMIT_RTPRIO)
         found = f"{priority}, and at most {hard} permitted"
         raise BadInput("--priority", found=found, expected=f"a permitted one; {_DOCTOR}") from None

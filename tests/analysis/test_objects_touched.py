@@ -31,6 +31,14 @@ def test_touches_are_counted_by_object() -> None:
     assert found.line() == "objects: 2 seen, touched: 1 (3x), 2 (1x)"
 
 
+def test_a_touch_counts_that_begins_a_little_above_a_top_seen_too_low() -> None:
+    """As where the noise of the camera moves the top between two frames."""
+    pressing = (TIME % 1.0) > 0.5
+    z = np.where(pressing, 4e-4 - 0.02 * (TIME % 1.0 - 0.5), 0.03)
+    found = objects_touched(run(np.zeros(len(TIME)), z, pressing))
+    assert found is not None and found.touches == {1: 4, 2: 0}
+
+
 def test_an_object_that_the_tip_went_into_from_beside_is_told() -> None:
     z = np.full(len(TIME), 0.01)  # above the brick, below the top of the roll
     found = objects_touched(run(np.clip(0.1 * TIME, 0.0, 0.13), z, np.zeros(len(TIME), dtype=bool)))

@@ -217,7 +217,31 @@ def test_a_priority_that_is_not_permitted_is_refused_and_nothing_is_left_changed
     assert state() == before
 
 
-@pytest.mark.parametrize("priority", [0, 100, -1])
+def test_a_priority_is_taken_unasked_where_it_is_permitted_and_else_the_run_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[int, int]] = []
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(os, "sched_setscheduler", lambda _, policy, param: asked.append((policy, param.sched_priority)))
+    with real_time_process(ProcessOptions()) as done:
+        assert asked == [(os.SCHED_FIFO, 40)] and "real-time priority 40" in done
+    asked.clear()
+    with real_time_process(ProcessOptions(priority=0)) as done:
+        assert not asked and not any("priority" in item for item in done)
+    monkeypatch.setattr(os, "cpu_count", lambda: 1)  # the rest would have none
+    with real_time_process(ProcessOptions()) as done:
+        assert not asked and "no real-time priority on one processor" in done
+
+    def deny(*_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(os, "sched_setscheduler", deny)
+    with real_time_process(ProcessOptions()) as done:
+        assert any("not permitted" in item and "doctor" in item for item in done)
+
+
+@pytest.mark.parametrize("priority", [100, -1])
 def test_a_priority_that_does_not_exist_is_refused(priority: int) -> None:
     with pytest.raises(BadInput, match="1 to 99"):
         ProcessOptions(priority=priority)
