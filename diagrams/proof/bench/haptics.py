@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mmt_drake.diagrams.proof.bench.kernels import median_seconds
-from mmt_drake.diagrams.proof.bench.pacing import bare_loop
+from mmt_drake.diagrams.proof.bench.pacing import bare_loop, loop_priority
 from mmt_drake.diagrams.proof.faults.patient_clock import PatientClock
 from mmt_drake.diagrams.proof.studies.measurement import Measurement
 from mmt_drake.diagrams.stations.devices import Hand
@@ -43,6 +43,7 @@ def measurements(seconds: float = _SECONDS) -> Iterator[Measurement]:
     with tempfile.TemporaryDirectory(prefix="emulated-") as folder:
         omega = EmulatedOmega(load_emulated(Path(folder)))
         yield Measurement("reading the device and setting its force, median", 1e6 * _calls(omega), "us")
+        yield loop_priority()
         for name in _MOTIONS:
             yield from _ticks(omega, name, seconds, Path(folder) / "out.mcap")
 

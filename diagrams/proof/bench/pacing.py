@@ -1,6 +1,7 @@
 """Lateness of set-up 1 at 1 kHz by the wall clock, with and without a live view, beside a loop that does nothing."""
 
 import math
+import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -38,6 +39,7 @@ def measurements(minutes: float = _MINUTES) -> Iterator[Measurement]:
             "setup1 recorded and shown": lambda: paced("setup1", _BESIDE * seconds, viewer=viewer),
         }
         rounds = [{name: loop() for name, loop in loops.items()} for _ in range(turns)]
+    yield loop_priority()
     p99 = {}
     for name in loops:
         late = np.concatenate([paces[name].late_s for paces in rounds]) * 1e6
@@ -54,6 +56,12 @@ def measurements(minutes: float = _MINUTES) -> Iterator[Measurement]:
     for name in list(loops)[1:]:
         ratio = p99[name] / p99["bare loop"]
         yield Measurement(f"{name}: 99th percentile of lateness over the bare loop's", ratio, "x")
+
+
+def loop_priority() -> Measurement:
+    """The real-time priority that a loop gets here, unasked."""
+    with real_time_process(ProcessOptions()):
+        return Measurement("real-time priority of the loop, 0: none", os.sched_getparam(0).sched_priority, "")
 
 
 def bare_loop(seconds: float) -> Pace:
