@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from mmt_drake.analysis.signals import stretches, vector
+from mmt_drake.analysis.signals import delay_of, stretches, vector
 from mmt_drake.model.grasped_box import LEAST_GRIP
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.recording import Recording
@@ -84,18 +84,21 @@ def carried_errors(recording: Recording, ticks: int) -> tuple[Array, Array]:
     return vector(recording, "rendered_force")[here][both] - true, true
 
 
-def carried_object(recording: Recording, delay_s: float) -> CarriedObject | None:
+def carried_object(recording: Recording, delay_s: float | None = None) -> CarriedObject | None:
     """What a recording says of it; None: nothing was carried, or one side of two does not know.
 
     Args:
         recording: of a run.
-        delay_s: from the hand to the probe [s].
+        delay_s: from the hand to the probe [s]; None: as the recording tells it, 0 where it does not.
+
+    Raises:
+        BadInput: a delay that is no time.
     """
     wanted = ("body_height", "carries", "carried_m", "carried_deviation_m", "true_force_x", "rendered_force_x")
     if not all(name in recording for name in wanted):
         return None
     step = float(np.median(np.diff(recording.time)))
-    off, true = carried_errors(recording, round(delay_s / step))
+    off, true = carried_errors(recording, round(delay_of(recording, delay_s) / step))
     told = np.flatnonzero((recording["carried_m"] > 0.0) & (recording["body_height"] > LIFTED))
     if not len(off) or not len(told):
         return None

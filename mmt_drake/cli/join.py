@@ -50,8 +50,8 @@ def main(arguments: argparse.Namespace) -> int:
             raise BadInput("--out", found=f"{name}, which is to be joined", expected="another file")
     joined = join(load(arguments.first, forces=False), load(arguments.second, forces=False))
     save(joined.recording, out)
-    scores = RunScores.of(joined.recording, joined.delay_s)
-    more = further(joined.recording, joined.delay_s)
+    scores = RunScores.of(joined.recording)
+    more = further(joined.recording)
     if arguments.json:
         data: dict[str, Any] = clock_data(joined) | scores.to_json() | {"recording": str(out)}
         print_json(data | {name: figure.data for name, figure in more.items()})

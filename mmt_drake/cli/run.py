@@ -21,7 +21,6 @@ from mmt_drake.cli.progress import progress, working
 from mmt_drake.cli.run_options import SLIDERS
 from mmt_drake.cli.run_summary import RunScores, RunSummary, further, tried
 from mmt_drake.errors import BadInput
-from mmt_drake.network.parameters import usual_delay
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
@@ -98,8 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
         if interrupted:
             say(f"mmt-drake: interrupted after {simulated:g} s; {kept or 'nothing'} is kept", stderr=True)
             return INTERRUPTED
-        delay_s = usual_delay(scenario.to_telerobot, scenario.step)
-        scores = RunScores.of(recording if whole else two_sides.apart(native), delay_s)
+        scores = RunScores.of(recording if whole else two_sides.apart(native))
         more: dict[str, RunFigure] = {}
         if not isinstance(recording, BadInput):
             if not whole:
@@ -108,7 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
                 more["device"] = hardware.hand_figure(recording, hand)
             if arm is not None:
                 more["arm"] = hardware.arm_figure(recording, arm)
-            more |= further(recording, delay_s)
+            more |= further(recording)
     summary = RunSummary(
         scenario=scenario,
         operator=operator_name(scenario, replayed) if hand is None else hand.name,

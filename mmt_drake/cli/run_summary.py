@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from mmt_drake.analysis import summary
-from mmt_drake.analysis.carried import NothingCarried, carried_object, nothing_lifted
+from mmt_drake.analysis.carried import CarriedObject, NothingCarried, carried_object, nothing_lifted
 from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
 from mmt_drake.analysis.learned import LearnerRecord, ToldLaws, learned, learner
 from mmt_drake.analysis.metrics import Metrics, measure
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from mmt_drake.diagrams.stations.scenario import Scenario
 
 T = TypeVar("T")
-_Figure = Zeroing | ModelTrust | ForceLateness | LearnerRecord | ToldLaws | NothingCarried | ObjectsTouched
+_Figure = (
+    Zeroing | ModelTrust | ForceLateness | LearnerRecord | ToldLaws | NothingCarried | ObjectsTouched | CarriedObject
+)
 
 
 _FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
@@ -35,6 +37,7 @@ _FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
     "learned": learned,
     "grip": nothing_lifted,
     "objects": objects_touched,
+    "carried": carried_object,
 }
 """Further figures of a run: their key, and what finds them in the recording; None where that knows nothing of them."""
 
@@ -52,11 +55,11 @@ class RunScores:
     energy: Passivity | BadInput
 
     @classmethod
-    def of(cls, recording: Recording | BadInput, delay_s: float) -> Self:
-        """Of a recording, if there is one, and the delay from hand to probe in it [s]."""
+    def of(cls, recording: Recording | BadInput) -> Self:
+        """Of a recording, if there is one."""
         if isinstance(recording, BadInput):
             return cls(recording, recording)
-        return cls(tried(lambda: measure(recording, delay_s=delay_s)), tried(lambda: passivity(recording)))
+        return cls(tried(lambda: measure(recording)), tried(lambda: passivity(recording)))
 
     def lines(self) -> list[str]:
         """For a terminal."""
@@ -135,9 +138,9 @@ class RunSummary:
         } | {name: figure.data for name, figure in self.figures.items()}
 
 
-def further(recording: Recording, delay_s: float) -> dict[str, RunFigure]:
-    """The further figures of a recording, by their key as data, and the delay from hand to probe in it [s]."""
-    found = {name: find(recording) for name, find in _FIGURES.items()} | {"carried": carried_object(recording, delay_s)}
+def further(recording: Recording) -> dict[str, RunFigure]:
+    """The further figures of a recording, by their key as data."""
+    found = {name: find(recording) for name, find in _FIGURES.items()}
     return {name: RunFigure(figure.to_json(), figure.line()) for name, figure in found.items() if figure is not None}
 
 

@@ -23,7 +23,6 @@ from mmt_drake.diagrams.stations.site import Devices
 from mmt_drake.diagrams.stations.station import Station, build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
-from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 from mmt_drake.recording.atomic import replacing, writing
 from mmt_drake.recording.mcap_writer import whole_or_none
@@ -162,7 +161,6 @@ def run_case(
         BadInput: the scenario cannot be built, the file not be written, or the run has nothing to measure; nothing
             is left then, and an older file is as it was.
     """
-    delay_s = usual_delay(scenario.to_telerobot, scenario.step)
     with replacing(file) as temporary:
         station = build_station(scenario, record=temporary, operator=operator, devices=devices)
         assert station.recorder is not None  # it was asked for
@@ -171,8 +169,8 @@ def run_case(
             play(station)
             wall_s = time.perf_counter() - start
         recording = replace(load(temporary), source=str(file))
-        metrics = measure(recording, delay_s=delay_s)
-        settled = measure(recording, delay_s=delay_s, after_s=max(AFTER_S, metrics.contact_s / 2))
+        metrics = measure(recording)
+        settled = measure(recording, after_s=max(AFTER_S, metrics.contact_s / 2))
     rendered = np.max(np.abs(recording.vector("rendered_force")), axis=1)
     peak = int(np.argmax(rendered))
     return MeasuredRun(

@@ -129,7 +129,7 @@ def run_case(number: int, plant: str, seed: int) -> SceneCase:
         station.simulate(SECONDS)
         times = SECONDS / (time.perf_counter() - began)
         recording = load(file)
-    carried = carried_object(recording, scenario.to_telerobot.playout)
+    carried = carried_object(recording)
     several = scenario.several
     assert several is not None
     true = next(iter(several.things.values())).object.parameters.m
