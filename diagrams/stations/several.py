@@ -13,6 +13,7 @@ from mmt_drake.diagrams.stations.surfaces import SimulatedDepthCamera, SurfaceCl
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.hw.realsense.view import GREY, Colour, Solid, TableScene
 from mmt_drake.model.parameters import FlexibleBoxModel
+from mmt_drake.model.scene_layout import MOST
 from mmt_drake.model.structure import Additions
 from mmt_drake.quantities import Quantity, quantities
 from mmt_drake.systems.flexible_box import SensorNoise
@@ -51,6 +52,9 @@ class PlacedObject:
             raise BadInput("object", at="colour", found=self.colour, expected="red, green and blue from 0 to 1")
         if self.centre is not None:
             quantities(PlacedObject)["centre"].check("object", "centre", self.centre)
+            if self.centre >= self.size[2]:
+                expected = f"within the object, whose height is {self.size[2]:g}"
+                raise BadInput("object", at="centre", found=self.centre, expected=expected)
 
     def hang(self, grip: Hang | None) -> Hang | None:
         """How it hangs in a grip; None: there is no grip, or it has effects, and no grip takes it."""
@@ -81,6 +85,8 @@ class SeveralObjects:
 
     def __post_init__(self) -> None:
         quantities(SeveralObjects)["table"].check("environment", "table", self.table)
+        if not 0 < (n := len(self.things)) <= MOST:
+            raise BadInput("environment", at="things", found=n or "none", expected=f"one object, {MOST} at most")
         if isinstance(self.cloud, SurfaceCloud) and self.cloud.file is not None:
             expected = "null: the tops of the objects are what is seen"
             raise BadInput("environment", at="cloud.file", found=self.cloud.file, expected=expected)
@@ -90,10 +96,10 @@ class SeveralObjects:
 
     def _check_foreign(self) -> None:
         for name, thing in self.things.items():
-            body = thing.object.parameters
-            if (body.k1, body.b1) != (0.0, 0.0):
-                at = f"things.{name}.object.parameters"
-                raise BadInput("environment", at=at, found="k1 or b1", expected="0 where laws are foreign")
+            for number in ("k1", "b1"):
+                if (found := getattr(thing.object.parameters, number)) != 0.0:
+                    at = f"things.{name}.object.parameters.{number}"
+                    raise BadInput("environment", at=at, found=found, expected="0 where laws are foreign")
 
     @property
     def object(self) -> FlexibleBoxModel:
@@ -103,8 +109,16 @@ class SeveralObjects:
     def on_table(self, grip: Hang | None = None) -> tuple[OnTable, ...]:
         """All of them, in their order, and how they hang in a grip, if there is one."""
         return tuple(
-            OnTable(thing.object, thing.at, thing.size, thing.round, self.table + thing.size[2], thing.hang(grip))
-            for thing in self.things.values()
+            OnTable(
+                thing.object,
+                thing.at,
+                thing.size,
+                thing.round,
+                self.table + thing.size[2],
+                thing.hang(grip),
+                name=f"things.{name}.",
+            )
+            for name, thing in self.things.items()
         )
 
     def sensing(self) -> str | None:

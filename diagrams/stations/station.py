@@ -1,5 +1,6 @@
 """The one door: a scenario in, a Drake diagram out."""
 
+import json
 from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -12,6 +13,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from mmt_drake import __version__
+from mmt_drake.analysis.objects_touched import THINGS
 from mmt_drake.ceilings import Option, loosened_constants
 from mmt_drake.closing import Closing, close_all
 from mmt_drake.diagrams.stations.estimators import OwnEstimator
@@ -287,6 +289,7 @@ def made_by(site: Site, command: str = "") -> dict[str, str]:
         DELAY: f"{usual_delay(scenario.to_telerobot, scenario.step):g}",
     }
     words |= {"side": site.side} if site.side is not None else {}
+    words |= {THINGS: json.dumps(list(scenario.several.things))} if scenario.several is not None else {}
     return words | ({"command": command} if command else {})
 
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from mmt_drake.analysis.signals import delay_of, stretches, vector
-from mmt_drake.model.grasped_box import LEAST_GRIP
+from mmt_drake.model.grasped_box import LEAST_GRIP, LOST
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.recording import Recording
 
@@ -24,6 +24,7 @@ class CarriedObject:
         seconds: how long it was off the table, the operator's copy too [s].
         force: error of the rendered force meanwhile, RMS over that of the true one.
         across: the same along x and y alone, where only its swing is felt; None: nothing acts there.
+        slipped: how often it slipped out of the grip.
     """
 
     m: float
@@ -33,6 +34,7 @@ class CarriedObject:
     seconds: float
     force: float
     across: float | None
+    slipped: int
 
     def line(self) -> str:
         """For a terminal."""
@@ -42,12 +44,13 @@ class CarriedObject:
         felt = f"force {100 * self.force:.2g} % off"
         felt += "" if self.across is None else f", {100 * self.across:.2g} % along x and y"
         mass = f"{1e3 * self.m:.4g} +- {1e3 * self.m_deviation:.1g} g"
-        return f"carried for {self.seconds:.1f} s: {mass}, {centre}; {felt}"
+        return f"carried for {self.seconds:.1f} s: {mass}, {centre}; {felt}{_slips(self.slipped)}"
 
     def to_json(self) -> dict[str, Any]:
         """The same as data."""
         units = {"seconds": "off_table_s", "m": "mass_kg", "m_deviation": "mass_deviation_kg", "centre": "centre_m"}
         units |= {"centre_deviation": "centre_deviation_m", "force": "force_error", "across": "force_error_across"}
+        units |= {"slipped": "slipped"}
         return {units[name]: value for name, value in asdict(self).items()}
 
 
@@ -57,18 +60,20 @@ class NothingCarried:
 
     Attributes:
         closed: how often.
+        slipped: how often what it had slipped out.
     """
 
     closed: int
+    slipped: int
 
     def line(self) -> str:
         """For a terminal."""
         times = "once" if self.closed == 1 else f"{self.closed} times"
-        return f"carried: nothing; the grip closed {times} and lifted nothing off the table"
+        return f"carried: nothing; the grip closed {times} and lifted nothing off the table{_slips(self.slipped)}"
 
     def to_json(self) -> dict[str, Any]:
         """The same as data."""
-        return {"closed": self.closed}
+        return {"closed": self.closed, "slipped": self.slipped}
 
 
 def carried_errors(recording: Recording, ticks: int) -> tuple[Array, Array]:
@@ -108,7 +113,9 @@ def carried_object(recording: Recording, delay_s: float | None = None) -> Carrie
     )
     where, within = (centre, of_centre) if centre > 0.0 else (None, None)
     force, across = share_of(off, true), share_of(off[:, :2], true[:, :2])
-    return None if force is None else CarriedObject(m, of_m, where, within, len(off) * step, force, across)
+    if force is None:
+        return None
+    return CarriedObject(m, of_m, where, within, len(off) * step, force, across, _slipped(recording))
 
 
 def nothing_lifted(recording: Recording) -> NothingCarried | None:
@@ -116,7 +123,16 @@ def nothing_lifted(recording: Recording) -> NothingCarried | None:
     if "grip" not in recording or "body_height" not in recording or (recording["body_height"] > LIFTED).any():
         return None
     closed = len(stretches(recording["grip"] >= LEAST_GRIP))
-    return NothingCarried(closed) if closed else None
+    return NothingCarried(closed, _slipped(recording)) if closed else None
+
+
+def _slipped(recording: Recording) -> int:
+    """How often something slipped out of the grip."""
+    return len(stretches(recording["grip_holds"] == LOST)) if "grip_holds" in recording else 0
+
+
+def _slips(count: int) -> str:
+    return f"; SLIPPED out of the grip {'once' if count == 1 else f'{count} times'}" if count else ""
 
 
 def share_of(off: Array, true: Array) -> float | None:

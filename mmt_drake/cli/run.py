@@ -56,7 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
     process = _process(arguments, paced)
     with TemporaryDirectory(prefix="mmt-drake-") as folder, ExitStack() as opened:
         console = opened.enter_context(hardware.Console())
-        truth = None if arguments.hardware or arguments.side == "operator" else scenario.environment.object.theta()
+        known = not arguments.hardware and arguments.side != "operator" and scenario.several is None
+        truth = scenario.environment.object.theta() if known else None  # of several it is now one's, now another's
         meshcat = opened.enter_context(
             _viewer(arguments.meshcat, arguments.port, needed=sliders, notices=looser, truth=truth)
         )

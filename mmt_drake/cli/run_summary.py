@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from mmt_drake.analysis import summary
 from mmt_drake.analysis.carried import CarriedObject, NothingCarried, carried_object, nothing_lifted
+from mmt_drake.analysis.clouds_missed import CloudsMissed, clouds_missed
 from mmt_drake.analysis.force_lateness import ForceLateness, force_lateness
 from mmt_drake.analysis.learned import LearnerRecord, ToldLaws, learned, learner
 from mmt_drake.analysis.metrics import Metrics, measure
@@ -25,7 +26,15 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 _Figure = (
-    Zeroing | ModelTrust | ForceLateness | LearnerRecord | ToldLaws | NothingCarried | ObjectsTouched | CarriedObject
+    Zeroing
+    | ModelTrust
+    | ForceLateness
+    | LearnerRecord
+    | ToldLaws
+    | NothingCarried
+    | ObjectsTouched
+    | CloudsMissed
+    | CarriedObject
 )
 
 
@@ -37,6 +46,7 @@ _FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
     "learned": learned,
     "grip": nothing_lifted,
     "objects": objects_touched,
+    "camera": clouds_missed,
     "carried": carried_object,
 }
 """Further figures of a run: their key, and what finds them in the recording; None where that knows nothing of them."""

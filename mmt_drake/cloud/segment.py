@@ -107,7 +107,7 @@ def tops(points: Array, spacing: float, fewest: int) -> list[Array]:
     return sorted((each for each in found if len(each) >= fewest), key=len, reverse=True)
 
 
-def registered(templates: list[Array], points: Array, spacing: float) -> list[Array]:
+def registered(templates: list[Array], points: Array, spacing: float, below: Array | None = None) -> list[Array]:
     """By how much each of some tops has moved, so that together they cover the points (k, 2) [m].
 
     Level tops do not tell where they are but by their rims. So of each the part that covers no point is drawn to the
@@ -118,7 +118,10 @@ def registered(templates: list[Array], points: Array, spacing: float) -> list[Ar
         templates: (n, 2) points of each where it was last [m].
         points: (m, 2) of them all now [m].
         spacing: between points: what is nearer is covered [m].
+        below: (k, 2) where something lower is seen [m]. A part that covers no point, nor any of these, may be hidden,
+            and is drawn nowhere; None: nothing is hidden.
     """
+    lower = None if below is None else cKDTree(below)
     moved = [np.zeros(2) for _ in templates]
     near = cKDTree(points)
     owner = np.concatenate([np.full(len(template), i) for i, template in enumerate(templates)])
@@ -133,12 +136,32 @@ def registered(templates: list[Array], points: Array, spacing: float) -> list[Ar
         for i, each in enumerate(placed):
             away, nearest = near.query(each)
             beyond = away > spacing
+            if lower is not None:
+                beyond &= lower.query(each, distance_upper_bound=spacing)[0] < spacing
             pull[i] = np.concatenate([points[nearest[beyond]] - each[beyond], left[of == i]])
             steps.append(pull[i].mean(axis=0) if len(pull[i]) else np.zeros(2))
+        for i, push in enumerate(_apart(placed, 0.5 * spacing)):
+            steps[i] = steps[i] + push
             moved[i] = moved[i] + steps[i]
         if max(float(np.hypot(*step)) for step in steps) < _DONE:
             break
     return moved
+
+
+def _apart(placed: list[Array], close: float) -> list[Array]:
+    """By how much each of some tops is to move so that none lies over another, half of what they overlap each [m]."""
+    push = [np.zeros(2) for _ in placed]
+    for i, one in enumerate(placed):
+        for j, other in enumerate(placed[:i]):
+            within = cKDTree(other).query(one)[0] < close
+            if not within.any():
+                continue
+            away = one.mean(axis=0) - other.mean(axis=0)
+            direction = away / max(float(np.hypot(*away)), 1e-9)
+            along = one[within] @ direction
+            step = 0.5 * float(np.ptp(along)) * direction
+            push[i], push[j] = push[i] + 0.5 * step, push[j] - 0.5 * step
+    return push
 
 
 def spacing_of(cloud: Cloud) -> float:

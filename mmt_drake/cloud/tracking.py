@@ -126,6 +126,11 @@ class _Frame:
         inside = (cluster.across > table.min(axis=0) + room) & (cluster.across < table.max(axis=0) - room)
         return not inside.all()
 
+    def below(self, top: float) -> Array | None:
+        """(n, 2) where something lower than a top is seen [m]; None: tops alone are."""
+        low = self.points[self.points[:, 2] < top - _SAME_TOP, :2]
+        return low if len(low) >= self.options.fewest else None
+
     def bare(self, thing: SeenThing) -> bool:
         """Whether the table is seen where an object was."""
         low = self.points[self.points[:, 2] < self.table + 0.5 * thing.height]
@@ -263,11 +268,9 @@ def _at(frame: _Frame, thing: SeenThing, cluster: _Cluster, state: SeenState, **
     if np.abs(cluster.extents - thing.size).max() < _WHOLE + frame.spacing:
         place = cluster.middle
     else:  # a part of it, or more than it
-        (by,) = registered([thing.placed], cluster.across, 1.5 * frame.spacing)
+        (by,) = registered([thing.placed], cluster.across, 1.5 * frame.spacing, frame.below(thing.top))
         place = thing.place[0] + by[0], thing.place[1] + by[1]
-    if math.dist(place, thing.place) < _STILL:
-        x, y = thing.place
-        place = x + _CALM * (place[0] - x), y + _CALM * (place[1] - y)
+    place = _calmed(thing.place, place, _STILL)
     top, height, colour = thing.top, thing.height, thing.colour
     if state == SeenState.SEEN:
         colour = frame.coloured(cluster, colour)
@@ -281,13 +284,23 @@ def _at(frame: _Frame, thing: SeenThing, cluster: _Cluster, state: SeenState, **
     return replace(told, cloud=cluster.points, colour=colour)
 
 
+def _calmed(before: tuple[float, float], now: tuple[float, float], still: float) -> tuple[float, float]:
+    """Where an object is that may stand still: a place no farther off than that [m] counts little."""
+    if math.dist(now, before) >= still:
+        return now
+    x, y = before
+    return x + _CALM * (now[0] - x), y + _CALM * (now[1] - y)
+
+
 def _merged(frame: _Frame, things: Sequence[SeenThing], group: Sequence[_Cluster]) -> list[SeenThing]:
     """Objects that are one cluster."""
     points = np.concatenate([cluster.points for cluster in group])
-    apart = registered([thing.placed for thing in things], points[:, :2], 1.5 * frame.spacing)
+    low = frame.below(min(thing.top for thing in things))
+    apart = registered([thing.placed for thing in things], points[:, :2], 1.5 * frame.spacing, low)
     made = []
     for thing, by in zip(things, apart, strict=True):
         place = thing.place[0] + float(by[0]), thing.place[1] + float(by[1])
+        place = _calmed(thing.place, place, 0.5 * frame.spacing)  # rims alone tell it, as finely as there are points
         made.append(thing.now(SeenState.MERGED, frame.t, place=place, seen=frame.t, frames=0))
     owner = cKDTree(np.concatenate([each.placed for each in made])).query(points[:, :2])[1]
     ends = np.cumsum([len(each.outline) for each in made])

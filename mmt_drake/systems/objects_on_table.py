@@ -239,8 +239,9 @@ class ObjectsOnTable(KernelSystem):
         for i in range(n):
             for j in range(i):
                 if on_table.overlap(np.zeros((n, box.STATE_SIZE)), self._rows, i, j)[0] > 0.0:
-                    found = f"objects {j + 1} and {i + 1} in one place"
-                    raise BadInput("environment", at="things", found=found, expected="objects beside each other")
+                    places = " and ".join(f"{things[k].name or f'object {k + 1} '}at {things[k].at}" for k in (j, i))
+                    expected = "objects beside each other (at is 0, 0 unless given)"
+                    raise BadInput("environment", at="things", found=f"{places} in one place", expected=expected)
         self._foreign = laws == "foreign"
         vectors = [thing.rod() if self._foreign else thing.model.kernel_vector() for thing in things]
         self._p = np.zeros((n, max(map(len, vectors))))

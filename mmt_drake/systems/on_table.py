@@ -49,6 +49,7 @@ class OnTable:
         top: height of its top in the table frame [m].
         hang: how it hangs in a grip; None: no grip takes it.
         surface: the cloud of its top before it is moved; None: a square lattice.
+        name: where its description stands in the scenario's environment, with a dot behind, for what is refused.
     """
 
     model: FlexibleBoxModel
@@ -58,6 +59,7 @@ class OnTable:
     top: float = 0.0
     hang: Hang | None = None
     surface: Cloud | None = None
+    name: str = ""
 
     def row(self) -> Array:
         """(on_table.ROW,) as the kernels read it."""
@@ -74,7 +76,7 @@ class OnTable:
             return np.zeros(own.HUNG)
         if self.model.additions != Additions():
             expected = "none: what is carried is a rod without them"
-            raise BadInput("environment", at="object.effects", found="effects", expected=expected)
+            raise BadInput("environment", at=f"{self.name}object.effects", found="effects", expected=expected)
         return np.array((*self._in_the_air(self.hang), self.hang.mu))
 
     def _in_the_air(self, hang: Hang) -> tuple[float, ...]:
@@ -88,7 +90,8 @@ class OnTable:
             BadInput: effects, which a rod does not have, or one too light for its steps.
         """
         if self.model.additions != Additions():
-            raise BadInput("environment", at="object.effects", found="effects", expected="none: it is a rod")
+            at = f"{self.name}object.effects"
+            raise BadInput("environment", at=at, found="effects", expected="none: it is a rod")
         hang = self.hang or Hang(centre=0.5 * self.size[2])
         m, k, b, normal_k, normal_b, centre, swing = self._in_the_air(hang)
         rubs = self.model.friction or Friction.coulomb(self.model.parameters.Fc)
@@ -96,7 +99,7 @@ class OnTable:
         rate = max(b, normal_b) / (0.25 * m) + np.sqrt(max(k, normal_k) / (0.25 * m))
         if rate * foreign.STEP > 1.0:
             expected = f"a heavier body, or a softer hold: steps of {foreign.STEP:g} s cannot follow it"
-            raise BadInput("environment", at="object.parameters.m", found=m, expected=expected)
+            raise BadInput("environment", at=f"{self.name}object.parameters.m", found=m, expected=expected)
         return np.array((m, k, b, normal_k, normal_b, centre, swing, rubs.Fd, hang.mu))
 
     def points(self, spacing: float) -> Array:

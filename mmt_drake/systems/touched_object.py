@@ -21,15 +21,15 @@ _HELD, _TOP, _LAST, _BEGUN, _PLANE, _TALL, _KEPT, _SIZE = map(Layout(), (1, 1, 1
 
 @njit(cache=True)
 def below_tip(scene: Array, x: float, y: float, margin: float) -> int:
-    """Where in a scene the row begins of the object that is under x, y [m], its middle the nearest; -1: none is."""
-    best, nearest = -1, math.inf
+    """Where in a scene the row begins of the object under x, y [m], that whose rim is the farthest out; -1: none."""
+    best, least = -1, margin
     for i in range(at.MOST):
         row = i * at.ROW
         if scene[row] > 0.0 and at.is_there(scene[row + at.STATE]):
             dx, dy = abs(x - scene[row + at.X]), abs(y - scene[row + at.Y])
-            inside = dx <= 0.5 * scene[row + at.ALONG] + margin and dy <= 0.5 * scene[row + at.ACROSS] + margin
-            if inside and math.hypot(dx, dy) < nearest:
-                best, nearest = row, math.hypot(dx, dy)
+            beyond = max(dx - 0.5 * scene[row + at.ALONG], dy - 0.5 * scene[row + at.ACROSS])
+            if beyond < least or (beyond == least and best < 0):
+                best, least = row, beyond
     return best
 
 

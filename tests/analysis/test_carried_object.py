@@ -52,7 +52,7 @@ def test_a_grip_that_closed_and_lifted_nothing_is_told() -> None:
     grip = 10.0 * ((recording.time < 0.5) | ((recording.time > 1.0) & (recording.time < 2.0)))
     found = nothing_lifted(Recording(recording.time, {**recording.columns, "grip": grip}, "a run"))
     assert found is not None and found.closed == 2 and "closed 2 times and lifted nothing" in found.line()
-    assert found.to_json() == {"closed": 2}
+    assert found.to_json() == {"closed": 2, "slipped": 0}
     assert nothing_lifted(Recording(recording.time, {**carried().columns, "grip": grip}, "a run")) is None
     assert nothing_lifted(Recording(recording.time, {**recording.columns, "grip": 0.0 * grip}, "a run")) is None
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mmt_drake.analysis.objects_touched import objects_touched
+from mmt_drake.analysis.objects_touched import THINGS, objects_touched
 from mmt_drake.model.scene_layout import ENTRY, MOST, SCENE, SeenState
 from mmt_drake.recording import Recording
 
@@ -44,9 +44,28 @@ def test_an_object_that_the_tip_went_into_from_beside_is_told() -> None:
     found = objects_touched(run(np.clip(0.1 * TIME, 0.0, 0.13), z, np.zeros(len(TIME), dtype=bool)))
     assert found is not None and list(found.passed) == [2]
     assert abs(found.passed[2] - (4.0 - 0.85)) < 2e-3  # from its rim at x = 85 mm on
-    assert "touched: none; NOT TOUCHED although the tip was within 2 for 3.15 s" in found.line()
-    assert found.to_json() == {"touches": {"1": 0, "2": 0}, "passed_s": {"2": found.passed[2]}}
+    assert "touched: none; NOT TOUCHED although the tip was below the top of 2 for 3.15 s" in found.line()
+    assert found.to_json() == {
+        "touches": {"1": 0, "2": 0},
+        "passed_s": {"2": found.passed[2]},
+        "names": {},
+        "unseen": [],
+    }
 
 
 def test_a_recording_without_a_scene_has_no_objects() -> None:
     assert objects_touched(Recording(TIME, {"detected_contact": np.zeros(len(TIME))}, "a run")) is None
+
+
+def test_simulated_objects_are_called_by_their_names_wherever_the_camera_counts_them() -> None:
+    """The scenario has a plate that nobody sees, and the roll before the brick."""
+    pressing = (TIME % 1.0) > 0.5
+    seen = run(np.full(len(TIME), 0.13), np.where(pressing, -0.01, 0.03), pressing)
+    places = {"places_1_x": 0.13, "places_2_x": 0.0, "places_3_x": 0.5}
+    still = np.zeros(len(TIME))
+    columns = {**seen.columns, **{f"places_{i}_y": still for i in (1, 2, 3)}}
+    columns |= {name: still + x for name, x in places.items()}
+    found = objects_touched(Recording(TIME, columns, "a run", made_by={THINGS: '["roll", "brick", "plate"]'}))
+    assert found is not None and found.names == {1: "brick", 2: "roll"} and found.unseen == ["plate"]
+    expected = "objects: 2 seen, touched: roll (4x); never touched: brick; NEVER SEEN by the camera: plate"
+    assert found.line() == expected

@@ -233,6 +233,44 @@ def test_outlines_together_are_registered_to_the_spacing_of_points() -> None:
     assert np.abs(np.array(apart) - [[0.006, -0.004], [0.006, 0.01]]).max() < 2.5e-3
 
 
+def test_what_may_be_hidden_of_a_top_draws_it_nowhere_but_what_shows_the_table_does() -> None:
+    side = np.arange(-0.04, 0.0401, 0.004)
+    square = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    seen = square[square[:, 0] > -0.015]
+    table = square + np.array([0.0, 0.1])
+    (by,) = registered([square], seen, 0.006, table)
+    np.testing.assert_array_equal(by, 0.0)
+    (by,) = registered([square], seen, 0.006, np.concatenate([table, square[square[:, 0] < -0.015]]))
+    assert by[0] > 0.01
+
+
+def test_tops_that_are_one_cluster_do_not_lie_over_each_other() -> None:
+    """One was believed 12 mm farther into the other than it is, where no rim is seen between them."""
+    side = np.arange(-0.025, 0.0251, 0.004)
+    square = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    points = np.concatenate([square, square + np.array([0.053, 0.0])])
+    apart = registered([square + np.array([0.012, 0.0]), square + np.array([0.053, 0.0])], points, 0.006)
+    assert abs(apart[0][0] + 0.012) < 5e-3 and abs(apart[1][0]) < 5e-3
+
+
+def test_two_alike_in_one_cluster_stay_who_they_are_while_the_probe_hides_a_rim() -> None:
+    """As the stick of a probe does that comes down on one of them, on the side that the camera sees it before."""
+    SIZES["second"] = SIZES["roll"]
+    film = Film()
+    pair = {"roll": (-0.05, 0.0), "second": (0.016, 0.0)}
+    film.show({"roll": (-0.05, 0.0), "second": (0.03, 0.0)}, frames=10)
+    one, other = film.at((-0.05, 0.0)).thing, film.at((0.03, 0.0)).thing
+    for x in (0.026, 0.022, 0.018):
+        film.show({"roll": (-0.05, 0.0), "second": (x, 0.0)}, frames=2)
+    film.show(pair, frames=5)
+    film.show(pair, frames=30, probe=np.array([-0.07, 0.0, 0.0]), hole=0.018)
+    places = {thing.thing: thing.place for thing in film.scene.things}
+    del SIZES["second"]
+    assert set(places) == {one, other} and SeenState.MERGED in film.states[one]
+    assert np.hypot(*np.subtract(places[one], pair["roll"])) < 0.008
+    assert np.hypot(*np.subtract(places[other], pair["second"])) < 0.008
+
+
 def test_what_a_grip_carries_goes_with_the_tip_and_is_seen_again_where_it_is_put_down() -> None:
     film = Film()
     film.show({"sponge": (-0.1, 0.0), "brick": (0.0, 0.0)}, frames=10)

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from mmt_drake.cloud.seen import UNCOLOURED
-from mmt_drake.model.scene_layout import MOST, ROW, SCENE_SIZE, STATE, TOP, SeenState
+from mmt_drake.model.scene_layout import ALONG, MOST, ROW, SCENE_SIZE, STATE, TOP, SeenState
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.touched_object import TouchedObject
 
@@ -51,6 +51,15 @@ def test_it_touches_in_the_tick_in_which_the_tip_gets_below_a_top_and_lets_go_in
     assert finger.put(0.3, 0.0, -0.025) == (1.0, 1.0)  # it goes along, and the camera is late
     np.testing.assert_array_equal(finger.out("facet"), [0.0, 0.0, 1.0, -0.02])
     assert finger.put(0.0, 0.0, -0.0199) == (0.0, 1.0)
+
+
+def test_of_two_that_meet_it_is_over_that_within_whose_outline_it_is_however_near_the_other_s_middle() -> None:
+    large_and_small = scene((0.0, 0.0, -0.02), (0.057, 0.0, -0.02))
+    rows = large_and_small.reshape(MOST, ROW)
+    rows[1, ALONG : ALONG + 2] = 0.03
+    finger = Finger(large_and_small)
+    finger.put(0.034, 0.0, 0.01)  # 6 mm within the large one, 23 mm from the small one's middle, 34 mm from its own
+    assert finger.put(0.034, 0.0, -0.021) == (1.0, 1.0)
 
 
 def test_each_object_has_its_own_height() -> None:

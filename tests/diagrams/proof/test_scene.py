@@ -51,7 +51,7 @@ def test_the_latest_touch_or_release_is_told_and_one_that_is_missed() -> None:
 
 def test_the_report_says_what_is_reached_and_what_is_missed() -> None:
     visits = (Visit("sponge", 0, 0.5, 0.2), Visit("sponge", 1, 0.02, 0.01), Visit("brick", 1, 0.2, 0.1))
-    carried = CarriedObject(0.15, 0.001, 0.02, 0.001, 7.0, 0.06, 0.2)
+    carried = CarriedObject(0.15, 0.001, 0.02, 0.001, 7.0, 0.06, 0.2, 0)
     case = SceneCase(0, "own", visits, carried, 0.01, 0.01, 0.0, 4.0, 30.0, 0.95, 0, {"seen": 3})
     verdicts = {(each.case, each.target.figure): each.reached for each in CASES.report([case]).reached}
     second = "first 0.5 s of a touch of a known object, worst"
