@@ -178,7 +178,9 @@ def tracked(
             found[kept.thing] = kept
             strangers += left
         else:
-            found |= {thing.thing: thing for thing in _merged(frame, things, group)}
+            made, left = _merged(frame, things, group)
+            found |= {thing.thing: thing for thing in made}
+            strangers += left
     return replace(_with_strangers(before, frame, found, missing, strangers), grip=grip)
 
 
@@ -257,9 +259,7 @@ def _single(frame: _Frame, thing: SeenThing, group: list[_Cluster]) -> tuple[See
             anew = replace(thing, outline=largest.across - largest.middle, frames=0)
             return _at(frame, anew, largest, SeenState.SPLIT), [c for c in group if c is not largest]
         kept = _at(frame, thing, whole, SeenState.MERGED)
-        away = cKDTree(kept.placed).query(whole.across)[0] > 2.0 * frame.spacing
-        rest = _Cluster(whole.points[away])
-        return kept, [rest] if len(rest.points) >= frame.options.fewest else []
+        return kept, _rest(frame, [kept], whole.points)
     return _at(frame, thing, whole, state, frames=0), []
 
 
@@ -292,8 +292,16 @@ def _calmed(before: tuple[float, float], now: tuple[float, float], still: float)
     return x + _CALM * (now[0] - x), y + _CALM * (now[1] - y)
 
 
-def _merged(frame: _Frame, things: Sequence[SeenThing], group: Sequence[_Cluster]) -> list[SeenThing]:
-    """Objects that are one cluster."""
+def _rest(frame: _Frame, things: Sequence[SeenThing], points: Array) -> list[_Cluster]:
+    """What is left of points (n, 3) beside the tops of objects, if that is enough for another one."""
+    away = cKDTree(np.concatenate([each.placed for each in things])).query(points[:, :2])[0] > 2.0 * frame.spacing
+    return [_Cluster(points[away])] if int(np.count_nonzero(away)) >= frame.options.fewest else []
+
+
+def _merged(
+    frame: _Frame, things: Sequence[SeenThing], group: Sequence[_Cluster]
+) -> tuple[list[SeenThing], list[_Cluster]]:
+    """Objects that are one cluster, and what of that is none of them."""
     points = np.concatenate([cluster.points for cluster in group])
     low = frame.below(min(thing.top for thing in things))
     apart = registered([thing.placed for thing in things], points[:, :2], 1.5 * frame.spacing, low)
@@ -305,7 +313,10 @@ def _merged(frame: _Frame, things: Sequence[SeenThing], group: Sequence[_Cluster
     owner = cKDTree(np.concatenate([each.placed for each in made])).query(points[:, :2])[1]
     ends = np.cumsum([len(each.outline) for each in made])
     which = np.searchsorted(ends, owner, side="right")
-    return [replace(each, cloud=points[which == i]) for i, each in enumerate(made)]
+    rest = _rest(frame, made, points)
+    if rest:  # another one is among them, and who is who is in doubt
+        made = [each.now(SeenState.SPLIT, frame.t) for each in made]
+    return [replace(each, cloud=points[which == i]) for i, each in enumerate(made)], rest
 
 
 def _unseen(frame: _Frame, thing: SeenThing) -> SeenThing:
