@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from mmt_drake.analysis.signals import flag, mean_step, stretches, vector
+from mmt_drake.errors import BadInput
 from mmt_drake.model.scene_layout import MARGIN, MOST, SeenState, is_there
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.recording import Recording
@@ -67,7 +68,11 @@ class ObjectsTouched:
 
 
 def objects_touched(recording: Recording) -> ObjectsTouched | None:
-    """What the scene of a recording had; None where there was none, or nobody detected contact with it."""
+    """What the scene of a recording had; None where there was none, or nobody detected contact with it.
+
+    Raises:
+        BadInput: names of its objects that are no list in JSON.
+    """
     if "scene_1_thing" not in recording or not {"position_x", "detected_contact"} <= set(recording.columns):
         return None
     tip, contact, step = vector(recording, "position"), flag(recording, "detected_contact"), mean_step(recording)
@@ -75,7 +80,7 @@ def objects_touched(recording: Recording) -> ObjectsTouched | None:
     near, within = _beyond(recording, tip, _SEEN_LOW), _beyond(recording, tip)
     touches = {thing: int(np.count_nonzero(off[begins] <= MARGIN)) for thing, off in near.items()}
     passed = {thing: step * int(np.count_nonzero((off <= 0.0) & ~contact)) for thing, off in within.items()}
-    things = json.loads(recording.made_by.get(THINGS, "[]"))
+    things = _things(recording)
     names = _names(recording, things)
     unseen = [name for name in things if name not in names.values()]
     return ObjectsTouched(
@@ -83,11 +88,22 @@ def objects_touched(recording: Recording) -> ObjectsTouched | None:
     )
 
 
+def _things(recording: Recording) -> list[str]:
+    """Names of the simulated objects whose places it knows."""
+    told = recording.made_by.get(THINGS, "[]")
+    if "places_1_x" not in recording:
+        return []
+    try:
+        return [str(name) for name in json.loads(told)]
+    except ValueError:
+        raise BadInput(recording.source, at=THINGS, found=told, expected="a list of names in JSON") from None
+
+
 def _names(recording: Recording, things: Sequence[str]) -> dict[int, str]:
     """Identity -> the name of the object that stands where it was first seen."""
-    if not things or "places_1_x" not in recording:
-        return {}
-    names = {}
+    names = dict[int, str]()
+    if not things:
+        return names
     for entry in _entries(recording):
         for thing in _identities(entry):
             first = int(np.argmax(entry["thing"] == thing))

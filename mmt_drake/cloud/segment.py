@@ -149,7 +149,7 @@ def registered(templates: list[Array], points: Array, spacing: float, below: Arr
 
 
 def _apart(placed: list[Array], close: float) -> list[Array]:
-    """By how much each of some tops is to move so that none lies over another, half of what they overlap each [m]."""
+    """By how much each of some tops is to move so that they lie less over each other: a quarter of it in a step [m]."""
     push = [np.zeros(2) for _ in placed]
     for i, one in enumerate(placed):
         for j, other in enumerate(placed[:i]):

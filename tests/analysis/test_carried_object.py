@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mmt_drake.analysis.carried import carried_object, nothing_lifted
+from mmt_drake.model.grasped_box import HOLDS, LOST
 from mmt_drake.recording import Recording
 
 STEP, LATE = 1e-3, 0.1
@@ -43,6 +44,16 @@ def test_a_centre_that_was_not_told_is_none_and_nothing_carried_is_no_figure() -
     recording.columns["carries"][:] = 0.0
     assert carried_object(recording, LATE) is None
     assert carried_object(Recording(np.array([0.0, 0.001]), {}, "a run"), LATE) is None
+
+
+def test_what_slips_out_of_the_grip_is_told_whether_or_not_it_was_lifted() -> None:
+    lifted = carried()
+    lost = np.where(np.arange(len(lifted.time)) > len(lifted.time) // 2, LOST, HOLDS)
+    found = carried_object(Recording(lifted.time, {**lifted.columns, "grip_holds": lost}, "a run"), LATE)
+    assert found is not None and found.slipped == 1 and found.line().endswith("SLIPPED out of the grip once")
+    columns = {"grip": np.full(4, 10.0), "body_height": np.zeros(4), "grip_holds": np.array([HOLDS, LOST, HOLDS, LOST])}
+    stays = nothing_lifted(Recording(1e-3 * np.arange(4), columns, "a run"))
+    assert stays is not None and stays.line().endswith("SLIPPED out of the grip 2 times")
 
 
 def test_a_grip_that_closed_and_lifted_nothing_is_told() -> None:

@@ -1,8 +1,10 @@
 """What a run says of the objects on the telerobot's table."""
 
 import numpy as np
+import pytest
 
 from mmt_drake.analysis.objects_touched import THINGS, objects_touched
+from mmt_drake.errors import BadInput
 from mmt_drake.model.scene_layout import ENTRY, MOST, SCENE, SeenState
 from mmt_drake.recording import Recording
 
@@ -69,3 +71,16 @@ def test_simulated_objects_are_called_by_their_names_wherever_the_camera_counts_
     assert found is not None and found.names == {1: "brick", 2: "roll"} and found.unseen == ["plate"]
     expected = "objects: 2 seen, touched: roll (4x); never touched: brick; NEVER SEEN by the camera: plate"
     assert found.line() == expected
+
+
+def test_a_table_of_which_no_true_places_are_known_has_no_names_and_nothing_is_called_unseen() -> None:
+    seen = run(np.zeros(len(TIME)), np.full(len(TIME), 0.03), np.zeros(len(TIME), dtype=bool))
+    found = objects_touched(Recording(TIME, seen.columns, "a run", made_by={THINGS: '["roll", "brick"]'}))
+    assert found is not None and found.names == {} and list(found.unseen) == []
+
+
+def test_names_that_are_no_list_are_refused() -> None:
+    seen = run(np.zeros(len(TIME)), np.full(len(TIME), 0.03), np.zeros(len(TIME), dtype=bool))
+    columns = {**seen.columns, "places_1_x": TIME, "places_1_y": TIME}
+    with pytest.raises(BadInput, match="things: found roll"):
+        objects_touched(Recording(TIME, columns, "a run", made_by={THINGS: "roll"}))
