@@ -3,8 +3,9 @@
 A cloud is segmented (`mmt_drake.cloud.segment`). A cluster belongs to an object where it covers a quarter of that
 object's top, placed where it was last; so objects and clusters fall into groups. One object and one cluster: it is
 there. Several clusters, one object: it is split. Several objects, one cluster: they are merged, and registered by their
-outlines together; what of it none covers is another cluster. An object without a cluster is occluded, lost, and in the end taken away; a cluster without an object
-is the only one among the missing that is just like it, found, or else new. Nothing of this is silent: each is a state.
+outlines together; what of it none covers is another cluster. An object without a cluster is occluded, lost, and in the
+end taken away; a cluster without an object is the only one among the missing that is just like it, found, or else new.
+Nothing of this is silent: each is a state.
 
 What a grip holds goes with the tip once that is `_LIFTED` higher than where it closed. Its points are nobody's then,
 and an object that shows less of itself beneath stays where it was.
