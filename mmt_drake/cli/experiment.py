@@ -33,6 +33,12 @@ peers: the model beside direct and passivity-controlled force feedback, on one m
 bands: a second model fused in at high frequencies, and where it wins.
 fit: first models from recordings alone of systems drawn at random; --count: of each kind.
 cloud: contact on the cloud of a simulated depth camera, against its noise and its filters; --count: contacts.
+surfaces: set-up 1 on planes of any tilt, a sphere, a cylinder, a saddle, a step and a height field, slips and 400 ms.
+learning: set-up 1 with a law that is not in the model: what is told in the run, and felt; --count: objects of each law.
+carrying: an object that is lifted, swung and put down: force, mass, slips, and adversaries; --count: objects.
+scene: set-up 4 and ten minutes of pushing its three objects: second touches, who is who, pace; --count: runs of each.
+arms: models of real arms, each diagnosed on one log and held to another, where there is a folder of recordings.
+arm-force: the force on the probe of a simulated Panda, from the torques of its joints, before and after its diagnosis.
 --out (out/experiment1 and so on by default) receives recordings, figures and index.html.
 """
 
@@ -65,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--estimator", choices=("output_error", "rls"), help=text)
     text = "of estimators: hold a class of your own beside the others (docs/own_parts.md)"
     parser.add_argument("--with", dest="with_", metavar="FILE.py:CLASS", help=text)
-    text = "of objects (100; adequacy: 10, late: 3, coverage: 20; fit: 8), of contacts (16), of adversaries (2000)"
+    text = "of objects (100; adequacy: 10, late: 3, coverage: 20; fit: 8), contacts (16), adversaries (2000) or runs"
     parser.add_argument("--count", type=int, metavar="N", help=text)
     parser.add_argument("--anisotropic", action="store_true", help="objects whose normal axis is of another material")
     add_json(parser)

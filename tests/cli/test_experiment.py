@@ -11,6 +11,7 @@ import mmt_drake.diagrams.proof.experiments.ablation.report as ablation
 import mmt_drake.diagrams.proof.experiments.engines.report as engines
 import mmt_drake.diagrams.proof.experiments.thesis as three
 from mmt_drake.cli.main import main
+from mmt_drake.diagrams.proof.experiments import MODULES
 from mmt_drake.diagrams.proof.experiments.comparison import Comparison
 from mmt_drake.diagrams.proof.experiments.engines import own
 from mmt_drake.diagrams.proof.experiments.report import EXPERIMENTS
@@ -39,6 +40,12 @@ def asked(result, monkeypatch):
     monkeypatch.setattr(Comparison, "run", run)
     monkeypatch.setattr(Comparison, "report", lambda *_: result.report)
     return told
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if not name.isdigit()])
+def test_help_says_what_each_experiment_is(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["experiment", "--help"]) == 0
+    assert f"\n{name}: " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("experiment", [3, "network"])
