@@ -85,12 +85,14 @@ class SeenScene:
         following: identity of the next new object.
         grip: identity of what a grip holds and, from when it closed, the middle of its top from the tip and height of
             the tip [m].
+        probe: (3,) where the tip was [m]; None: nobody has looked yet.
     """
 
     things: tuple[SeenThing, ...] = ()
     newcomers: tuple[tuple[float, float, int], ...] = ()
     following: int = 1
     grip: tuple[int, float, float, float] | None = None
+    probe: tuple[float, float, float] | None = None
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self

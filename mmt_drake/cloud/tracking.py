@@ -7,8 +7,8 @@ outlines together; what of it none covers is another cluster. An object without 
 end taken away; a cluster without an object is the only one among the missing that is just like it, found, or else new.
 Nothing of this is silent: each is a state.
 
-What a grip holds goes with the tip once that is `_LIFTED` higher than where it closed. Its points are nobody's then,
-and an object that shows less of itself beneath stays where it was.
+What the tip is in is sought where the tip takes it. What a grip holds goes with the tip once that is `_LIFTED` higher
+than where it closed. Its points are nobody's then, and an object that shows less of itself beneath stays where it was.
 """
 
 from __future__ import annotations
@@ -158,6 +158,7 @@ def tracked(
     high = np.flatnonzero(points[:, 2] > probe[2] + 1e-3)
     points = np.delete(points, high[_within(points[high], probe[:2], options.probe)], axis=0)
     grip, things, carried = _gripped(before, probe, t, table, gripped)
+    things = _pushed(things, before.probe, probe)
     if carried is not None:
         high = np.flatnonzero(points[:, 2] > carried.top - carried.height - _LIFTED + 1e-3)
         near = _within(points[high], carried.place, 0.5 * math.hypot(*carried.size) + 0.01)
@@ -182,7 +183,8 @@ def tracked(
             made, left = _merged(frame, things, group)
             found |= {thing.thing: thing for thing in made}
             strangers += left
-    return replace(_with_strangers(before, frame, found, missing, strangers), grip=grip)
+    x, y, z = probe.tolist()
+    return replace(_with_strangers(before, frame, found, missing, strangers), grip=grip, probe=(x, y, z))
 
 
 def _within(points: Array, place: Array | tuple[float, float], radius: float) -> Flags:
@@ -210,6 +212,23 @@ def _gripped(
         down = {"top": table + thing.height} if thing.state == SeenState.CARRIED else {}
         things.append(thing.now(SeenState.SEEN, t, **down) if down else thing)
     return grip, things, carried
+
+
+def _pushed(things: list[SeenThing], before: tuple[float, float, float] | None, probe: Array) -> list[SeenThing]:
+    """All objects, that which the tip is in where it takes it: a camera's frames are far apart for one pushed fast."""
+    if before is None:
+        return things
+    inside = []
+    for i, thing in enumerate(things):
+        off = np.abs(np.subtract(before[:2], thing.place)) - 0.5 * np.array(thing.size)
+        if max(before[2], probe[2]) < thing.top and thing.state != SeenState.CARRIED and off.max() < 0.0:
+            inside.append((float(off.max()), i))
+    if not inside:
+        return things
+    _, held = min(inside)
+    x, y = things[held].place
+    moved = replace(things[held], place=(x + float(probe[0]) - before[0], y + float(probe[1]) - before[1]))
+    return [*things[:held], moved, *things[held + 1 :]]
 
 
 def _groups(

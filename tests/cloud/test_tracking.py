@@ -233,6 +233,15 @@ def test_outlines_together_are_registered_to_the_spacing_of_points() -> None:
     assert np.abs(np.array(apart) - [[0.006, -0.004], [0.006, 0.01]]).max() < 2.5e-3
 
 
+def test_what_the_tip_takes_with_it_faster_than_frames_come_is_the_same_one() -> None:
+    film = Film()
+    film.show(THREE, frames=10)
+    for x in np.arange(0.0, 0.2, 0.055):  # of the 60 mm of a roll, on which the tip is 10 mm beside the middle
+        film.show({**THREE, "roll": (0.13, x)}, probe=np.array([0.13, x + 0.01, TABLE + 0.045]))
+    assert film.states[3] == {SeenState.NEW, SeenState.SEEN} and len(film.scene.things) == 3
+    assert np.hypot(*np.subtract(film.at((0.13, x)).place, (0.13, x))) < 5e-3
+
+
 def test_what_may_be_hidden_of_a_top_draws_it_nowhere_but_what_shows_the_table_does() -> None:
     side = np.arange(-0.04, 0.0401, 0.004)
     square = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
