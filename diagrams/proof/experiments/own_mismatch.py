@@ -32,6 +32,7 @@ from mmt_drake.diagrams.stations.scenario import Scenario
 from mmt_drake.diagrams.stations.station import build_station
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import TANGENTIAL_THETA, THETA, BoxParameters, FlexibleBoxModel, NormalContact
+from mmt_drake.network.parameters import usual_delay
 from mmt_drake.recording import Recording, load
 
 LATE_S: Final = 0.02
@@ -143,7 +144,8 @@ def try_causes(
 def _tried(cause: Cause, recording: Recording, scenario: Scenario) -> TriedCause:
     # A simulation without sensor noise: what differs, differs.
     replays = replay_blocks(recording, station_blocks(scenario), counts=after_wind_up(recording), noise={})
-    return TriedCause(cause, recording, replays, measure(recording).rendered_error.tangential)
+    delay = usual_delay(scenario.to_telerobot, scenario.step)  # as it is believed; the recording tells its own
+    return TriedCause(cause, recording, replays, measure(recording, delay_s=delay).rendered_error.tangential)
 
 
 def after_wind_up(recording: Recording) -> NDArray[np.bool_]:
