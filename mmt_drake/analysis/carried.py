@@ -50,8 +50,7 @@ class CarriedObject:
         """The same as data."""
         units = {"seconds": "off_table_s", "m": "mass_kg", "m_deviation": "mass_deviation_kg", "centre": "centre_m"}
         units |= {"centre_deviation": "centre_deviation_m", "force": "force_error", "across": "force_error_across"}
-        units |= {"slipped": "slipped"}
-        return {units[name]: value for name, value in asdict(self).items()}
+        return {units.get(name, name): value for name, value in asdict(self).items()}
 
 
 @dataclass(frozen=True)

@@ -159,8 +159,8 @@ def _apart(placed: list[Array], close: float) -> list[Array]:
             away = one.mean(axis=0) - other.mean(axis=0)
             direction = away / max(float(np.hypot(*away)), 1e-9)
             along = one[within] @ direction
-            step = 0.5 * float(np.ptp(along)) * direction
-            push[i], push[j] = push[i] + 0.5 * step, push[j] - 0.5 * step
+            step = 0.25 * float(np.ptp(along)) * direction
+            push[i], push[j] = push[i] + step, push[j] - step
     return push
 
 

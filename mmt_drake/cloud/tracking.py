@@ -25,9 +25,9 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.colour import cielab
 from mmt_drake.cloud.seen import UNCOLOURED, SeenScene, SeenThing
-from mmt_drake.cloud.segment import ABOVE, above_table, registered, spacing_of, tops
+from mmt_drake.cloud.segment import ABOVE, above_table, load_open3d, registered, spacing_of, tops
 from mmt_drake.cloud.tracking_options import Tracking
-from mmt_drake.model.scene_layout import SeenState
+from mmt_drake.model.scene_layout import SeenState, under
 from mmt_drake.numeric.arrays import Array, Flags
 
 _COVERED = 0.25  # share of a top that a cluster of it covers at least
@@ -120,24 +120,30 @@ class _Frame:
 
         A camera sees less of what is higher: of a top by its height at most, within 45 degrees of straight down.
         """
-        table = self.points[self.points[:, 2] < self.table + ABOVE, :2]
-        if len(table) < self.options.fewest:
-            return False  # tops alone
+        table = self.below(self.table + ABOVE)
+        if table is None:
+            return False
         room = max(cluster.top - self.table, 0.0) + 2.0 * self.spacing
         inside = (cluster.across > table.min(axis=0) + room) & (cluster.across < table.max(axis=0) - room)
         return not inside.all()
 
-    def below(self, top: float) -> Array | None:
-        """(n, 2) where something lower than a top is seen [m]; None: tops alone are."""
-        low = self.points[self.points[:, 2] < top - _SAME_TOP, :2]
+    def below(self, height: float) -> Array | None:
+        """(n, 2) where something lower than a height is seen [m]; None: tops alone are."""
+        low = self.points[self.points[:, 2] < height, :2]
         return low if len(low) >= self.options.fewest else None
 
     def bare(self, thing: SeenThing) -> bool:
         """Whether the table is seen where an object was."""
-        low = self.points[self.points[:, 2] < self.table + 0.5 * thing.height]
-        if len(low) < self.options.fewest:
+        low = self.below(self.table + 0.5 * thing.height)
+        if low is None:
             return False
-        return float(np.mean(cKDTree(low[:, :2]).query(thing.placed)[0] < 3.0 * self.spacing)) > 0.5
+        return float(np.mean(cKDTree(low).query(thing.placed)[0] < 3.0 * self.spacing)) > 0.5
+
+
+def load_tracking() -> None:
+    """Load and compile what tells objects apart, before a clock starts."""
+    load_open3d()
+    under(SeenScene().vector(0.0), 0.0, 0.0, 0.0)
 
 
 def tracked(
@@ -158,7 +164,7 @@ def tracked(
     high = np.flatnonzero(points[:, 2] > probe[2] + 1e-3)
     points = np.delete(points, high[_within(points[high], probe[:2], options.probe)], axis=0)
     grip, things, carried = _gripped(before, probe, t, table, gripped)
-    things = _pushed(things, before.probe, probe)
+    things = _pushed(things, before.probe, probe, t)
     if carried is not None:
         high = np.flatnonzero(points[:, 2] > carried.top - carried.height - _LIFTED + 1e-3)
         near = _within(points[high], carried.place, 0.5 * math.hypot(*carried.size) + 0.01)
@@ -214,21 +220,21 @@ def _gripped(
     return grip, things, carried
 
 
-def _pushed(things: list[SeenThing], before: tuple[float, float, float] | None, probe: Array) -> list[SeenThing]:
+def _pushed(
+    things: list[SeenThing], before: tuple[float, float, float] | None, probe: Array, t: float
+) -> list[SeenThing]:
     """All objects, that which the tip is in where it takes it: a camera's frames are far apart for one pushed fast."""
     if before is None:
         return things
-    inside = []
-    for i, thing in enumerate(things):
-        off = np.abs(np.subtract(before[:2], thing.place)) - 0.5 * np.array(thing.size)
-        if max(before[2], probe[2]) < thing.top and thing.state != SeenState.CARRIED and off.max() < 0.0:
-            inside.append((float(off.max()), i))
-    if not inside:
-        return things
-    _, held = min(inside)
-    x, y = things[held].place
-    moved = replace(things[held], place=(x + float(probe[0]) - before[0], y + float(probe[1]) - before[1]))
-    return [*things[:held], moved, *things[held + 1 :]]
+    x, y, z = before
+    scene = SeenScene(tuple(things)).vector(t)
+    row, by = under(scene, x, y, 0.0), (float(probe[0]) - x, float(probe[1]) - y)
+    return [
+        replace(thing, place=(thing.place[0] + by[0], thing.place[1] + by[1]))
+        if row >= 0 and thing.thing == scene[row] and thing.state != SeenState.CARRIED and max(z, probe[2]) < thing.top
+        else thing
+        for thing in things
+    ]
 
 
 def _groups(
@@ -288,7 +294,7 @@ def _at(frame: _Frame, thing: SeenThing, cluster: _Cluster, state: SeenState, **
     if np.abs(cluster.extents - thing.size).max() < _WHOLE + frame.spacing:
         place = cluster.middle
     else:  # a part of it, or more than it
-        (by,) = registered([thing.placed], cluster.across, 1.5 * frame.spacing, frame.below(thing.top))
+        (by,) = registered([thing.placed], cluster.across, 1.5 * frame.spacing, frame.below(thing.top - _SAME_TOP))
         place = thing.place[0] + by[0], thing.place[1] + by[1]
     place = _calmed(thing.place, place, _STILL)
     top, height, colour = thing.top, thing.height, thing.colour
@@ -323,7 +329,7 @@ def _merged(
 ) -> tuple[list[SeenThing], list[_Cluster]]:
     """Objects that are one cluster, and what of that is none of them."""
     points = np.concatenate([cluster.points for cluster in group])
-    low = frame.below(min(thing.top for thing in things))
+    low = frame.below(min(thing.top for thing in things) - _SAME_TOP)
     apart = registered([thing.placed for thing in things], points[:, :2], 1.5 * frame.spacing, low)
     made = []
     for thing, by in zip(things, apart, strict=True):

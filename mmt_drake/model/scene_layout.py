@@ -63,6 +63,23 @@ def row_of(scene: Array, thing: float) -> int:
     return -1
 
 
+@njit(cache=True)
+def under(scene: Array, x: float, y: float, margin: float) -> int:
+    """Where in a scene the row begins of the object under x, y [m]; -1: none is.
+
+    Of several it is that which they are the farthest within; they may be beyond its outline by the margin [m].
+    """
+    best, least = -1, margin
+    for i in range(MOST):
+        row = i * ROW
+        if scene[row] > 0.0 and is_there(scene[row + STATE]):
+            dx, dy = abs(x - scene[row + X]), abs(y - scene[row + Y])
+            beyond = max(dx - 0.5 * scene[row + ALONG], dy - 0.5 * scene[row + ACROSS])
+            if beyond < least or (beyond == least and best < 0):
+                best, least = row, beyond
+    return best
+
+
 def rows(scene: Array) -> Array:
     """(k, ROW) of the objects of a scene."""
     table = np.asarray(scene).reshape(MOST, ROW)

@@ -6,8 +6,7 @@ from pydrake.systems.framework import Context, State
 
 from mmt_drake.beside import Apart, Later, at_once
 from mmt_drake.cloud.seen import SeenScene
-from mmt_drake.cloud.segment import load_open3d
-from mmt_drake.cloud.tracking import tracked
+from mmt_drake.cloud.tracking import load_tracking, tracked
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.errors import check_number
 from mmt_drake.model.grasped_box import HOLDS
@@ -75,7 +74,7 @@ class SceneTracker(LeafSystem):
         chosen = options or Tracking()
         chosen.refuse_period(period)
         self._table, self._options, self._waits = table, chosen, waits
-        self._tracked = apart(tracked, load_open3d)
+        self._tracked = apart(tracked, load_tracking)
         self.declare_inputs("position", "point_cloud", thing=1 if grips else 0, held=4 if grips else 0)
         self._scene = self.DeclareDiscreteState(SCENE_SIZE)
         self._last = self.DeclareDiscreteState(np.array([-np.inf]))

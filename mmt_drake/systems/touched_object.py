@@ -20,20 +20,6 @@ _HELD, _TOP, _LAST, _BEGUN, _PLANE, _TALL, _KEPT, _SIZE = map(Layout(), (1, 1, 1
 
 
 @njit(cache=True)
-def below_tip(scene: Array, x: float, y: float, margin: float) -> int:
-    """Where in a scene the row begins of the object under x, y [m], that whose rim is the farthest out; -1: none."""
-    best, least = -1, margin
-    for i in range(at.MOST):
-        row = i * at.ROW
-        if scene[row] > 0.0 and at.is_there(scene[row + at.STATE]):
-            dx, dy = abs(x - scene[row + at.X]), abs(y - scene[row + at.Y])
-            beyond = max(dx - 0.5 * scene[row + at.ALONG], dy - 0.5 * scene[row + at.ACROSS])
-            if beyond < least or (beyond == least and best < 0):
-                best, least = row, beyond
-    return best
-
-
-@njit(cache=True)
 def _read(
     memory: Array, position: Array, scene: Array, grip: float, has: float, lost: float, margin: float, out: Array
 ) -> None:
@@ -52,7 +38,7 @@ def _read(
     held = at.row_of(scene, now[_HELD])
     if now[_HELD] != 0.0 and (held < 0 or not at.is_there(scene[held + at.STATE]) or z >= now[_TOP]):
         now[_HELD] = 0.0
-    row = at.row_of(scene, now[_HELD]) if now[_HELD] != 0.0 else below_tip(scene, position[0], position[1], margin)
+    row = at.row_of(scene, now[_HELD]) if now[_HELD] != 0.0 else at.under(scene, position[0], position[1], margin)
     out[_THING] = scene[row] if row >= 0 else 0.0
     if row >= 0 and now[_HELD] == 0.0:
         now[_TOP] = scene[row + at.TOP]  # as long as it is held the plane stays

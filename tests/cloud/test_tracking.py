@@ -242,6 +242,17 @@ def test_what_the_tip_takes_with_it_faster_than_frames_come_is_the_same_one() ->
     assert np.hypot(*np.subtract(film.at((0.13, x)).place, (0.13, x))) < 5e-3
 
 
+def test_a_tip_takes_nothing_that_is_no_longer_there_with_it() -> None:
+    film = Film()
+    film.show(THREE, frames=10)
+    film.show({name: THREE[name] for name in ("sponge", "brick")}, frames=40)
+    assert SeenState.TAKEN_AWAY in film.states[3]
+    for x in np.arange(0.0, 0.1, 0.02):
+        film.show({name: THREE[name] for name in ("sponge", "brick")}, probe=np.array([0.13, x, TABLE + 0.045]))
+    (roll,) = (thing for thing in film.scene.things if thing.thing == 3)
+    assert np.hypot(*np.subtract(roll.place, THREE["roll"])) < 3e-3
+
+
 def test_what_may_be_hidden_of_a_top_draws_it_nowhere_but_what_shows_the_table_does() -> None:
     side = np.arange(-0.04, 0.0401, 0.004)
     square = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
