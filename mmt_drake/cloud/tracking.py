@@ -15,129 +15,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy.spatial import cKDTree
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.colour import cielab
-from mmt_drake.cloud.seen import UNCOLOURED, SeenScene, SeenThing
-from mmt_drake.cloud.segment import ABOVE, above_table, load_open3d, registered, spacing_of, tops
+from mmt_drake.cloud.cloud_frame import SAME_TOP, WHOLE, CloudFrame, Cluster
+from mmt_drake.cloud.seen import SeenScene, SeenThing
+from mmt_drake.cloud.segment import above_table, load_open3d, registered, spacing_of, tops
 from mmt_drake.cloud.tracking_options import Tracking
 from mmt_drake.model.scene_layout import SeenState, under
 from mmt_drake.numeric.arrays import Array, Flags
 
 _COVERED = 0.25  # share of a top that a cluster of it covers at least
-_SAME_TOP = 0.008  # [m]: tops of one height
 _ALIKE = 0.004  # [m], and two and a half spacings: extents of one object
-_WHOLE = 0.002  # [m], and a spacing: of the extents that may be missing where all of it is seen
 _ROOM = 0.02  # [m] more than its extents: two objects were taken for one
-_RIM, _STEEP = 0.008, 4  # [m] from the rim of a top, within which points count less, by this power of the distance
 _STILL = 0.0015  # [m]: noise of a place
 _CALM = 0.1  # weight of a new place of an object that stands still
 _HEIGHT = 0.002  # weight of a new height, in the long run: it does not change
 _LIFTED = 0.006  # [m]: a gripped object is off the table
 _FRAMES = 3  # that a change has to last
-
-
-@dataclass(frozen=True, eq=False)
-class _Cluster:
-    points: Array
-
-    @property
-    def across(self) -> Array:
-        return self.points[:, :2]
-
-    @property
-    def extents(self) -> Array:
-        return np.asarray(np.ptp(self.across, axis=0))
-
-    @property
-    def middle(self) -> tuple[float, float]:
-        x, y = (0.5 * (self.across.min(axis=0) + self.across.max(axis=0))).tolist()
-        return x, y
-
-    @cached_property
-    def top(self) -> float:
-        """A mean in which points count less the nearer they are to the rim, where a camera mixes heights."""
-        try:
-            rim = ConvexHull(self.across).equations
-        except QhullError:  # they stand in a line
-            return float(self.points[:, 2].mean())
-        inside = -(self.across @ rim[:, :2].T + rim[:, 2]).max(axis=1)
-        return float(np.average(self.points[:, 2], weights=np.clip(inside / _RIM, 1e-3, 1.0) ** _STEEP))
-
-
-@dataclass(frozen=True, eq=False)
-class _Frame:
-    t: float
-    probe: Array
-    table: float
-    spacing: float
-    points: Array
-    options: Tracking
-    seen: Cloud
-    carried: SeenThing | None = None
-    trees: dict[int, Any] = field(default_factory=dict)
-
-    @cached_property
-    def _colours(self) -> tuple[Any, Array]:
-        """Where colours are seen, and CIELAB there."""
-        told = self.seen.colours
-        coloured = np.flatnonzero([] if told is None else np.isfinite(told).all(axis=1))
-        return cKDTree(self.seen.points()[coloured]), np.zeros((0, 3)) if told is None else cielab(told[coloured])
-
-    def coloured(self, cluster: _Cluster, before: tuple[float, ...] = UNCOLOURED) -> tuple[float, ...]:
-        """Colour of a cluster, in the middle of its points; as before where less than half of it is seen in colour."""
-        tree, colours = self._colours
-        if len(colours) == 0:
-            return before
-        away, which = tree.query(cluster.points)
-        here = which[away < 1e-6]
-        return before if 2 * len(here) < len(away) else tuple(np.median(colours[here], axis=0).tolist())
-
-    def beneath(self, thing: SeenThing, cluster: _Cluster | None = None) -> bool:
-        """Whether what is carried may hide an object, or the rest of it."""
-        if self.carried is None:
-            return False
-        reach = self.options.hides + 0.5 * (max(thing.size) + max(self.carried.size))
-        part = cluster is None or bool((cluster.extents < np.subtract(thing.size, _WHOLE + self.spacing)).any())
-        return part and math.dist(thing.place, self.carried.place) < reach
-
-    def covered(self, thing: SeenThing, cluster: _Cluster) -> float:
-        """Share of a top that a cluster covers."""
-        if abs(cluster.top - thing.top) > _SAME_TOP:
-            return 0.0
-        if id(cluster) not in self.trees:
-            self.trees[id(cluster)] = cKDTree(cluster.across)
-        return float(np.mean(self.trees[id(cluster)].query(thing.placed)[0] < 2.0 * self.spacing))
-
-    def cuts(self, cluster: _Cluster) -> bool:
-        """Whether a cluster is so near to where the table is no longer seen that the view may end on it.
-
-        A camera sees less of what is higher: of a top by its height at most, within 45 degrees of straight down.
-        """
-        table = self.below(self.table + ABOVE)
-        if table is None:
-            return False
-        room = max(cluster.top - self.table, 0.0) + 2.0 * self.spacing
-        inside = (cluster.across > table.min(axis=0) + room) & (cluster.across < table.max(axis=0) - room)
-        return not inside.all()
-
-    def below(self, height: float) -> Array | None:
-        """(n, 2) where something lower than a height is seen [m]; None: tops alone are."""
-        low = self.points[self.points[:, 2] < height, :2]
-        return low if len(low) >= self.options.fewest else None
-
-    def bare(self, thing: SeenThing) -> bool:
-        """Whether the table is seen where an object was."""
-        low = self.below(self.table + 0.5 * thing.height)
-        if low is None:
-            return False
-        return float(np.mean(cKDTree(low).query(thing.placed)[0] < 3.0 * self.spacing)) > 0.5
 
 
 def load_tracking() -> None:
@@ -170,12 +69,12 @@ def tracked(
         near = _within(points[high], carried.place, 0.5 * math.hypot(*carried.size) + 0.01)
         points = np.delete(points, high[near], axis=0)
     upper, table = above_table(points, table)
-    clusters = [_Cluster(each) for each in tops(upper, spacing, options.fewest)]
-    frame = _Frame(t, probe, table, spacing, points, options, cloud, carried)
+    clusters = [Cluster(each) for each in tops(upper, spacing, options.fewest)]
+    frame = CloudFrame(t, probe, table, spacing, points, options, cloud, carried)
     present = [thing for thing in things if thing.state not in (SeenState.TAKEN_AWAY, SeenState.CARRIED)]
     missing = {thing.thing: thing for thing in things if thing.state == SeenState.TAKEN_AWAY}
     found: dict[int, SeenThing] = {} if carried is None else {carried.thing: carried}
-    strangers: list[_Cluster] = []
+    strangers: list[Cluster] = []
     for things, group in _groups(frame, present, clusters):
         if not group:
             missing[things[0].thing] = _unseen(frame, things[0])
@@ -238,10 +137,10 @@ def _pushed(
 
 
 def _groups(
-    frame: _Frame, things: Sequence[SeenThing], clusters: Sequence[_Cluster]
-) -> list[tuple[list[SeenThing], list[_Cluster]]]:
+    frame: CloudFrame, things: Sequence[SeenThing], clusters: Sequence[Cluster]
+) -> list[tuple[list[SeenThing], list[Cluster]]]:
     """Objects and clusters that have to do with each other."""
-    groups: list[tuple[list[SeenThing], list[_Cluster]]] = [([], [cluster]) for cluster in clusters]
+    groups: list[tuple[list[SeenThing], list[Cluster]]] = [([], [cluster]) for cluster in clusters]
     for thing in things:
         mine = [g for g in groups if any(frame.covered(thing, cluster) > _COVERED for cluster in g[1])]
         whole = [g for g in groups if g[1] and g not in mine and _lies_in(frame, thing, g[1])]
@@ -258,17 +157,17 @@ def _groups(
     return groups
 
 
-def _lies_in(frame: _Frame, thing: SeenThing, clusters: Sequence[_Cluster]) -> bool:
+def _lies_in(frame: CloudFrame, thing: SeenThing, clusters: Sequence[Cluster]) -> bool:
     """Whether clusters are parts of an object's top, small as they may be."""
-    if any(abs(cluster.top - thing.top) > _SAME_TOP for cluster in clusters):
+    if any(abs(cluster.top - thing.top) > SAME_TOP for cluster in clusters):
         return False
     low, high = thing.placed.min(axis=0) - 2.0 * frame.spacing, thing.placed.max(axis=0) + 2.0 * frame.spacing
     return all(bool(((c.across > low) & (c.across < high)).all()) for c in clusters)
 
 
-def _single(frame: _Frame, thing: SeenThing, group: list[_Cluster]) -> tuple[SeenThing, list[_Cluster]]:
+def _single(frame: CloudFrame, thing: SeenThing, group: list[Cluster]) -> tuple[SeenThing, list[Cluster]]:
     """An object that is told from others, and clusters that are none of it."""
-    whole = _Cluster(np.concatenate([cluster.points for cluster in group]))
+    whole = Cluster(np.concatenate([cluster.points for cluster in group]))
     if frame.beneath(thing, whole):
         return thing.now(SeenState.OCCLUDED, frame.t, seen=frame.t), []
     beyond, state = whole.extents - thing.size, SeenState.SEEN if len(group) == 1 else SeenState.SPLIT
@@ -289,12 +188,12 @@ def _single(frame: _Frame, thing: SeenThing, group: list[_Cluster]) -> tuple[See
     return _at(frame, thing, whole, state, frames=0), []
 
 
-def _at(frame: _Frame, thing: SeenThing, cluster: _Cluster, state: SeenState, **changes: Any) -> SeenThing:
+def _at(frame: CloudFrame, thing: SeenThing, cluster: Cluster, state: SeenState, **changes: Any) -> SeenThing:
     """An object where a cluster is."""
-    if np.abs(cluster.extents - thing.size).max() < _WHOLE + frame.spacing:
+    if np.abs(cluster.extents - thing.size).max() < WHOLE + frame.spacing:
         place = cluster.middle
     else:  # a part of it, or more than it
-        (by,) = registered([thing.placed], cluster.across, 1.5 * frame.spacing, frame.below(thing.top - _SAME_TOP))
+        (by,) = registered([thing.placed], cluster.across, 1.5 * frame.spacing, frame.below(thing.top - SAME_TOP))
         place = thing.place[0] + by[0], thing.place[1] + by[1]
     place = _calmed(thing.place, place, _STILL)
     top, height, colour = thing.top, thing.height, thing.colour
@@ -318,18 +217,18 @@ def _calmed(before: tuple[float, float], now: tuple[float, float], still: float)
     return x + _CALM * (now[0] - x), y + _CALM * (now[1] - y)
 
 
-def _rest(frame: _Frame, things: Sequence[SeenThing], points: Array) -> list[_Cluster]:
+def _rest(frame: CloudFrame, things: Sequence[SeenThing], points: Array) -> list[Cluster]:
     """What is left of points (n, 3) beside the tops of objects, if that is enough for another one."""
     away = cKDTree(np.concatenate([each.placed for each in things])).query(points[:, :2])[0] > 2.0 * frame.spacing
-    return [_Cluster(points[away])] if int(np.count_nonzero(away)) >= frame.options.fewest else []
+    return [Cluster(points[away])] if int(np.count_nonzero(away)) >= frame.options.fewest else []
 
 
 def _merged(
-    frame: _Frame, things: Sequence[SeenThing], group: Sequence[_Cluster]
-) -> tuple[list[SeenThing], list[_Cluster]]:
+    frame: CloudFrame, things: Sequence[SeenThing], group: Sequence[Cluster]
+) -> tuple[list[SeenThing], list[Cluster]]:
     """Objects that are one cluster, and what of that is none of them."""
     points = np.concatenate([cluster.points for cluster in group])
-    low = frame.below(min(thing.top for thing in things) - _SAME_TOP)
+    low = frame.below(min(thing.top for thing in things) - SAME_TOP)
     apart = registered([thing.placed for thing in things], points[:, :2], 1.5 * frame.spacing, low)
     made = []
     for thing, by in zip(things, apart, strict=True):
@@ -345,7 +244,7 @@ def _merged(
     return [replace(each, cloud=points[which == i]) for i, each in enumerate(made)], rest
 
 
-def _unseen(frame: _Frame, thing: SeenThing) -> SeenThing:
+def _unseen(frame: CloudFrame, thing: SeenThing) -> SeenThing:
     """An object without a cluster."""
     missed, options = frame.t - thing.seen, frame.options
     near = math.dist(thing.place, frame.probe[:2]) < options.hides + 0.5 * max(thing.size)
@@ -360,10 +259,10 @@ def _unseen(frame: _Frame, thing: SeenThing) -> SeenThing:
 
 def _with_strangers(
     before: SeenScene,
-    frame: _Frame,
+    frame: CloudFrame,
     found: dict[int, SeenThing],
     missing: dict[int, SeenThing],
-    strangers: Sequence[_Cluster],
+    strangers: Sequence[Cluster],
 ) -> SeenScene:
     """The scene with clusters that belong to nobody: the same as one that is missing, or new."""
     newcomers, following = [], before.following
@@ -398,7 +297,7 @@ def _with_strangers(
     return SeenScene(tuple(everything[thing] for thing in sorted(everything)), tuple(newcomers), following)
 
 
-def _is_like(frame: _Frame, thing: SeenThing, cluster: _Cluster) -> bool:
+def _is_like(frame: CloudFrame, thing: SeenThing, cluster: Cluster) -> bool:
     """Whether a cluster could be an object that is not seen elsewhere."""
     same = np.abs(cluster.extents - thing.size).max() < _ALIKE + 2.5 * frame.spacing
-    return bool(same and abs(cluster.top - thing.top) < _SAME_TOP)
+    return bool(same and abs(cluster.top - thing.top) < SAME_TOP)
