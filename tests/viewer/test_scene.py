@@ -5,6 +5,7 @@ import pytest
 from packed import is_drawn, is_visible, transform
 
 from mmt_drake.cloud import Cloud, ProxySettings, plane
+from mmt_drake.model.scene_layout import ACROSS, ALONG, HEIGHT, MOST, ROW, STATE, THING, SeenState
 from mmt_drake.viewer.scene import METRES_PER_NEWTON, Scene, stretched
 from mmt_drake.viewer.viewer import Viewer
 
@@ -53,6 +54,21 @@ def test_the_proxy_s_spheres_have_its_radii_and_the_normal_shows_in_contact_alon
     np.testing.assert_allclose(transform(viewer, "/station/proxy")[:3, 3], [0.1, 0.0, 0.001])
     scene.show_proxy([0.1, 0.0, 0.02], [0.0, 0.0, 1.0], touching=False)
     assert not is_visible(viewer, "/station/normal")
+
+
+def test_what_is_told_of_an_object_is_its_colour_and_one_that_is_taken_away_is_hidden(viewer: Viewer) -> None:
+    drawn, shown = {}, {}
+    scene = Scene(viewer)
+    for state in SeenState:
+        row = np.zeros((MOST, ROW))
+        row[0, [THING, STATE, HEIGHT, ALONG, ACROSS]] = 1.0, state, 0.05, 0.08, 0.06
+        scene.show_objects(row.ravel())
+        (material,) = viewer.drawn["object", "/station/things/1"]["object"]["materials"]
+        drawn[state], shown[state] = material["color"], is_visible(viewer, "/station/things/1")
+    assert [state for state in SeenState if not shown[state]] == [SeenState.TAKEN_AWAY]
+    told = set(SeenState) - {SeenState.NONE, SeenState.SEEN, SeenState.TAKEN_AWAY}
+    assert all(drawn[state] != drawn[SeenState.SEEN] for state in told)
+    assert drawn[SeenState.MERGED] == drawn[SeenState.SPLIT] != drawn[SeenState.LOST]
 
 
 def test_a_cloud_that_moved_rigidly_is_moved_and_its_points_are_sent_once(viewer: Viewer) -> None:
