@@ -55,15 +55,24 @@ ALONE = (
 """Files of tests by the wall clock, which others beside them would disturb."""
 STUDIES = (
     "notebooks/",
-    "arms/test_arm_effects_recovered",
-    *("cli/test_bench.py", "cli/test_diagnose_cluster", "cli/test_diagnose_delivers", "cli/test_experiment"),
-    *("cli/test_next_motion", "diagnosis/test_on_surface", "diagnosis/test_station_diagnosis"),
-    *("diagnosis/test_transmission_diagnosis", "diagnosis/test_stiffness_map", "diagnosis/test_tool_offset"),
-    *("diagnosis/test_frame_misalignment", "estimation/test_retold"),
-    *("diagrams/proof/", "hw/omega/test_lifted_by_hand"),
-    "test_documented_commands",
+    *("arms/test_arm_cli", "arms/test_arm_effects_recovered", "arms/test_exciting_motion"),
+    *("cli/test_bench.py", "cli/test_demo", "cli/test_diagnose", "cli/test_experiment", "cli/test_join"),
+    "cli/test_next_motion",
+    *("diagnosis/test_base", "diagnosis/test_blocks", "diagnosis/test_bootstrap", "diagnosis/test_confidence"),
+    *("diagnosis/test_diagnose", "diagnosis/test_dilution", "diagnosis/test_first_model", "diagnosis/test_hidden"),
+    *("diagnosis/test_frame_misalignment", "diagnosis/test_in_plane", "diagnosis/test_learn", "diagnosis/test_machine"),
+    *("diagnosis/test_minima", "diagnosis/test_moments", "diagnosis/test_name", "diagnosis/test_normal_axis"),
+    *("diagnosis/test_on_surface", "diagnosis/test_prescribe", "diagnosis/test_station_diagnosis"),
+    *("diagnosis/test_stiffness_map", "diagnosis/test_tool_offset", "diagnosis/test_transmission_diagnosis"),
+    *("diagrams/proof/", "diagrams/test_alike_objects", "diagrams/test_station_held_body"),
+    *("diagrams/test_station_learning", "diagrams/test_two_sides"),
+    *("estimation/test_force_lateness", "estimation/test_known_laws", "estimation/test_model_adequacy"),
+    *("estimation/test_noise_of_the_motion", "estimation/test_other_searches", "estimation/test_retold"),
+    *("hw/omega/test_lifted_by_hand", "learning/test_law_learner", "recording/test_long_recordings"),
+    *("rendering/test_held_body", "rendering/test_laws", "test_documented_commands", "test_tutorials"),
 )
-"""Files of tests that run experiments, trials, benches, notebooks and whole diagnoses: half of all the time."""
+"""Files of tests that run experiments, trials, benches, notebooks, whole fits and diagnoses: most of all the time. One
+test among short ones is marked `study` where it stands."""
 FIRST = (
     *("systems/test_contract", "effects/test_effects_contract", "diagnosis/test_diagnose"),
     *("cli/test_diagnose_delivers", "notebooks/"),
@@ -87,7 +96,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     wanted = {"realtime": "realtime", "study": "study", "not realtime and not study": ""}.get(config.option.markexpr)
     if wanted is None or not collection_path.name.startswith("test_"):
         return None
-    return True if kind(collection_path) != wanted else None
+    of_the_file = kind(collection_path)
+    has_one = wanted == "study" and of_the_file == "" and "mark.study" in collection_path.read_text()
+    return True if of_the_file != wanted and not has_one else None
 
 
 @pytest.hookimpl(tryfirst=True)

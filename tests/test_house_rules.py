@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -322,6 +323,21 @@ def test_every_notebook_is_paired_with_its_script_and_was_executed() -> None:
         outputs = [output for cell in code for output in cell.outputs]
         assert any("image/png" in output.get("data", {}) for output in outputs)
         assert not [output.text for output in outputs if output.get("name") == "stderr"]
+
+
+def test_a_file_of_tests_has_a_name_of_its_own() -> None:
+    names = Counter(path.name for path in (ROOT / "tests").rglob("test_*.py"))
+    assert [name for name, count in names.items() if count > 1] == []
+
+
+def test_a_study_among_short_tests_is_run_with_the_studies() -> None:
+    # This file holds the mark's name alone, and no test that has it.
+    files = [path for path in (ROOT / "tests").rglob("test_*.py") if "@pytest.mark.study" in path.read_text()]
+    of_short = sorted(str(path) for path in files if path != Path(__file__))
+    assert of_short
+    command = [sys.executable, "-m", "pytest", "-m", "study", "--collect-only", "-q"]
+    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout
+    assert [name for name in of_short if f"{Path(name).relative_to(ROOT)}::" not in found] == []
 
 
 def test_no_markdown_holds_a_placeholder() -> None:

@@ -10,22 +10,13 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
-LONG = {"own_recording", "own_effect", "two_machines"}
-"""Those that diagnose, or run by the wall clock."""
-
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 FILE = re.compile(r"# (\w[\w.]*\.(?:py|yaml))\n")
 
 
-def pages() -> list[object]:
-    """Each tutorial, the long ones marked."""
-    marks = {True: [pytest.mark.study], False: []}
-    return [pytest.param(page, id=page.stem, marks=marks[page.stem in LONG]) for page in TUTORIALS]
-
-
 def test_there_are_the_five_tutorials_and_each_has_something_to_run() -> None:
     names = {"first_run", "own_recording", "own_estimator", "own_effect", "two_machines"}
-    assert {page.stem for page in TUTORIALS} == names and names >= LONG
+    assert {page.stem for page in TUTORIALS} == names
     for page in TUTORIALS:
         blocks = BLOCK.findall(page.read_text())
         assert any(kind == "sh" for kind, _ in blocks), page.name
@@ -33,7 +24,7 @@ def test_there_are_the_five_tutorials_and_each_has_something_to_run() -> None:
         assert all(FILE.match(text) for kind, text in blocks if kind == "yaml"), page.name
 
 
-@pytest.mark.parametrize("page", pages())
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 def test_a_tutorial_runs_as_pasted(page: Path, tmp_path: Path) -> None:
     if page.stem == "two_machines":
         pytest.importorskip("cryptography", reason="the extra `link` is not installed")

@@ -314,7 +314,7 @@ class _LawSession(DiagnosisSession):
         count = len(best.hypothesis.effects)
         tried = len({f.hypothesis.key for level in levels for f in level if len(f.hypothesis.effects) == count})
         confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)
-        if standard.gain(refit, best) < gate.GAIN or not confirmed:
+        if not (confirmed and gate.is_worth_naming(standard, refit, best)):
             return None
         verdict, of_refit = self.on_physics(best, refit, standard, shares)
         may_be_nameless = verdict == "partly_explained" and gate.leaves_much_of(of_refit)
@@ -323,7 +323,7 @@ class _LawSession(DiagnosisSession):
             best, shares = there, self.shares(standard.problem, there, fits)
             verdict, of_refit = self.on_physics(best, refit, standard, shares)
         # Explanations that differ by their block may all draw something else; equals say the same.
-        differs = not sure and not believed.has_equal(best)
+        differs = verdict == "partly_explained" and not sure and not believed.has_equal(best)
         if verdict == "unexplained" or (differs and gate.leaves_much(shares, of_refit)):
             return None
         is_asked = sure and standard.left(best) > gate.NOTHING_LEFT

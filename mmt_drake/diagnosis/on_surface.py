@@ -83,7 +83,7 @@ class SurfaceSession(DiagnosisSession):
         if not sure and believed.members[0].hypothesis.effects:
             best = believed.best()  # of several that have nothing in common
         problem = nothing.standard.problem
-        if not best.hypothesis.effects or nothing.standard.gain(refit, best) < gate.GAIN:
+        if not best.hypothesis.effects or not gate.is_worth_naming(nothing.standard, refit, best):
             return None
         if sure and not is_confirmed(problem, refit, best, believed, fits):
             return None

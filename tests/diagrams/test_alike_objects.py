@@ -67,7 +67,6 @@ class Pusher(LeafSystem):
             self.end, self.takes = np.array([*now[:2], PRESSED if self.phase == 1 else ABOVE]), 0.25
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_objects_that_look_the_same_are_told_apart_while_they_are_pushed_into_each_other(seed: int) -> None:
     scenario = load_scenario("setup4", ["carrying=null", "operator_device.trigger=null", f"seed={seed}", *ALIKE])

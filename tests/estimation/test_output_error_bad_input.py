@@ -169,6 +169,7 @@ def test_a_force_that_was_zero_in_free_space_is_no_fault_at_the_touch() -> None:
     assert set(np.unique(trace.status)) <= {Status.LEARNING, Status.FREE}
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_an_object_that_slides_evenly_is_no_fault(noise: float) -> None:
     """Its force hardly changes while the probe moves on; at first it is shaken, so that there is something to hear."""

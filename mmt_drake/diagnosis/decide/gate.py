@@ -20,7 +20,9 @@ NOTHING_LEFT = 0.35
 COLOURED = 1.0
 """Where it follows nothing, noise that is not white may leave so much of right equations beyond the floor."""
 GAIN = 0.35
-"""An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise."""
+"""An effect is worth naming if it removes a mismatch of at least this part of the sensor's own noise ..."""
+MOST_OF_IT = 0.5
+"""... or at least this part of what a refit leaves, where that is something and the effect leaves nothing."""
 NAMELESS = 0.02
 """Effects explain everything if nobody has named at most this share of the nominal model's mean squared error ..."""
 WHOLE, REMAINS = 0.9, 5.0
@@ -85,6 +87,13 @@ class NoiseReference:
     def heldout(self, fitted: Fitted) -> float:
         """RMS of the residual over the noise floor on held-out data."""
         return self.problem.ratio(fitted.model, fitted.skew, heldout=True)
+
+
+def is_worth_naming(standard: NoiseReference, refit: Fitted, best: Fitted) -> bool:
+    """Whether the effects of a fit take enough off what a refit leaves, on held-out data."""
+    gain = standard.gain(refit, best)
+    is_all = standard.left(best) <= NOTHING_LEFT < standard.left(refit)
+    return gain >= GAIN or (is_all and gain >= MOST_OF_IT * standard.left(refit))
 
 
 def ranked(problem: Problem, fits: Sequence[Fitted]) -> list[Fitted]:
