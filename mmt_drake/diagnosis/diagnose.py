@@ -28,7 +28,14 @@ from mmt_drake.diagnosis.fit.workers import given_or_own
 from mmt_drake.diagnosis.on_surface import SurfaceSession
 from mmt_drake.diagnosis.search.base import doubted, fit_base, over_windows
 from mmt_drake.diagnosis.search.in_plane import said
-from mmt_drake.diagnosis.search.learn import more_branches, other_curves, tables, without_effects, worth_while
+from mmt_drake.diagnosis.search.learn import (
+    elsewhere,
+    more_branches,
+    other_curves,
+    tables,
+    without_effects,
+    worth_while,
+)
 from mmt_drake.diagnosis.search.minima import moved_about, other_numbers
 from mmt_drake.diagnosis.search.name import LEVELS, search
 from mmt_drake.diagnosis.search.polish import STEPS, Polish
@@ -211,7 +218,7 @@ class _LawSession(DiagnosisSession):
         others = (attempt(fine.unchanged, f.hypothesis, f.x) for f in found[: document.MOST_LISTED] if f not in first)
         known = [*gate.ranked(fine, polished), *(f for f in others if f is not None)]
         nothing = Judgement("unexplained", standard, refit, refit, (), known, believed, tried, self.watch.missed)
-        judgement = self._named(nothing, [refit, *polished], levels)
+        judgement = self._named(problem, nothing, [refit, *polished], levels)
         if judgement is not None and judgement.verdict == "partly_explained":
             judgement = self._beside_its_table(problem, self._with_table(problem, judgement, polished))
         if judgement is not None:
@@ -276,19 +283,20 @@ class _LawSession(DiagnosisSession):
         best, learned = judgement.best, judgement.learned
         if learned is None:
             return judgement
-        elsewhere = SIGNALS[learned.values["of"]].block not in {e.block for e in best.hypothesis.effects}
-        if not (elsewhere or best.hypothesis.key <= OFFSETS):
+        in_another_block = SIGNALS[learned.values["of"]].block not in {e.block for e in best.hypothesis.effects}
+        if not (in_another_block or best.hypothesis.key <= OFFSETS):
             return judgement
         alone, ruler = without_effects(problem, judgement.refit, learned), self.ruler(judgement.standard.problem)
         is_as_good = alone is not None and ruler.of(alone.fitted.model) <= ALIKE * ruler.of(learned.fitted.model)
         return None if is_as_good else judgement
 
     def _named(
-        self, nothing: Judgement, fits: Sequence[Fitted], levels: Sequence[Sequence[Fitted]]
+        self, problem: Problem, nothing: Judgement, fits: Sequence[Fitted], levels: Sequence[Sequence[Fitted]]
     ) -> Judgement | None:
         """The judgement that names what the members of the confidence set agree on; None if that is nothing of use.
 
         Args:
+            problem: as it was searched.
             nothing: the judgement without names.
             fits: what was held against each other.
             levels: all that was tried, by number of effects.
@@ -314,11 +322,13 @@ class _LawSession(DiagnosisSession):
         count = len(best.hypothesis.effects)
         tried = len({f.hypothesis.key for level in levels for f in level if len(f.hypothesis.effects) == count})
         confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)
-        if not (confirmed and gate.is_worth_naming(standard, refit, best)):
+        gain = standard.gain(refit, best)
+        if not (confirmed and gate.is_worth_naming(gain, standard.left(refit), standard.left(best))):
             return None
         verdict, of_refit = self.on_physics(best, refit, standard, shares)
         may_be_nameless = verdict == "partly_explained" and gate.leaves_much_of(of_refit)
-        if may_be_nameless and (there := surely_there(standard.problem, best, fits, 1.0)) is not best:
+        there = surely_there(standard.problem, best, fits, 1.0) if may_be_nameless else best
+        if there is not best and self._may_be_a_curve(problem, refit, best):
             # What has no name may have it all: where much is left, a name needs an interval that holds no nothing.
             best, shares = there, self.shares(standard.problem, there, fits)
             verdict, of_refit = self.on_physics(best, refit, standard, shares)
@@ -334,6 +344,12 @@ class _LawSession(DiagnosisSession):
         ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]
         verdict = verdict if sure else "ambiguous"
         return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked, bent=bent, of_refit=of_refit)
+
+    def _may_be_a_curve(self, problem: Problem, refit: Fitted, best: Fitted) -> bool:
+        """Whether a table in another block than the effects of a fit predicts as well in their place."""
+        ruler, blocks = self.ruler(problem), {e.block for e in best.hypothesis.effects}
+        least = ALIKE * ruler.of(best.model)
+        return any(ruler.of(alone.model) <= least for alone in elsewhere(problem, refit, blocks, self.executor))
 
     def _enough(self, problem: Problem, standard: NoiseReference, fitted: Fitted) -> bool:
         """Whether a fit leaves next to nothing, if need be on the fine clock: a search integrates coarsely."""

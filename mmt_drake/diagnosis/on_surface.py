@@ -82,14 +82,16 @@ class SurfaceSession(DiagnosisSession):
         sure = bool(best.hypothesis.effects)
         if not sure and believed.members[0].hypothesis.effects:
             best = believed.best()  # of several that have nothing in common
-        problem = nothing.standard.problem
-        if not best.hypothesis.effects or not gate.is_worth_naming(nothing.standard, refit, best):
+        standard = nothing.standard
+        problem = standard.problem
+        gain = standard.gain(refit, best)
+        if not best.hypothesis.effects or not gate.is_worth_naming(gain, standard.left(refit), standard.left(best)):
             return None
         if sure and not is_confirmed(problem, refit, best, believed, fits):
             return None
         shares = self.shares(problem, best, fits)
-        of_refit = self.of_refit(best, refit, nothing.standard)
-        verdict = gate.with_physics(nothing.standard.left(best), shares, of_refit)
+        of_refit = self.of_refit(best, refit, standard)
+        verdict = gate.with_physics(standard.left(best), shares, of_refit)
         if verdict == "unexplained":
             return None
         return replace(nothing, verdict=verdict if sure else "ambiguous", best=best, shares=shares)

@@ -18,6 +18,7 @@ from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.one_axis import MaterialSession
 from mmt_drake.effects import LIBRARY
 from mmt_drake.errors import BadInput
+from mmt_drake.model.driven_model import DrivenBodyModel
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.recording import Recording
 
@@ -139,6 +140,32 @@ def test_a_soft_force_sensor_is_a_curve_of_the_sensor_and_no_softening_spring():
     found = diagnose([recording], replace(SPRING, b=3.0 * SPRING.b), library=library).diagnosis
     assert [effect.name for effect in found.effects] == ["tabulated_force"], found.summary
     assert found.effects[0].block == "force_sensor"
+
+
+def wedged(seconds: float = 20.0) -> Recording:
+    """A body on a spring in a wedge: its level of friction grows with the square of its position."""
+    step, inner, rng = 4e-3, 20, np.random.default_rng(0)
+    t = np.arange(0.0, seconds, step)
+    w, phase = 2.0 * np.pi * rng.uniform(0.2, 2.0, 8), rng.uniform(0.0, 2.0 * np.pi, 8)
+    u = 2.5 * np.sin(np.outer(t, w) + phase).sum(axis=1)
+    x, v, h, y = 0.0, 0.0, step / inner, np.empty_like(t)
+    for i, force in enumerate(u):
+        y[i] = x
+        for _ in range(inner):  # friction by its impulse: it stops a body that it would turn back
+            v += h * (force - 6.0 * v - 50.0 * x) / 1.3
+            v -= np.clip(v, -(most := h * (0.3 + 80.0 * x * x) / 1.3), most)
+            x += h * v
+    return Recording(t, {"input": u, "output": y + rng.normal(0.0, 2.5e-4, len(t))})
+
+
+def test_a_law_that_a_curve_of_another_block_may_stand_for_has_no_name_where_much_is_left(monkeypatch):
+    recording, body = wedged(), DrivenBodyModel(m=1.3, b=6.0, k=50.0, Fc=0.3)
+    library = [LIBRARY[name] for name in ("hunt_crossley_damping", "nonlinear_stiffness", "tabulated_force")]
+    found = diagnose([recording], body, library=library).diagnosis
+    assert {effect.name for effect in found.effects} <= {"tabulated_force"}
+    monkeypatch.setattr(steps, "ALIKE", 0.0)
+    named = diagnose([recording], body, library=library).diagnosis
+    assert found.verdict == "unexplained" != named.verdict  # of the contact, which has nothing to do with it
 
 
 def test_a_still_hand_says_nothing():

@@ -19,6 +19,7 @@ from mmt_drake.diagnosis.decide.gate import (
     REMAINS,
     WHOLE,
     NoiseReference,
+    is_worth_naming,
     leaves_much,
     ranked,
     with_physics,
@@ -117,6 +118,20 @@ def test_what_is_named_is_all_of_it_a_part_or_too_little(left, named, nameless, 
     parts = {"parameters": 0.05, "coulomb_friction": named, "nameless": nameless, "noise": 0.0}
     shares = [BudgetPart(part, share) for part, share in parts.items()]
     assert with_physics(left, shares, of_refit) == verdict
+
+
+@pytest.mark.parametrize(
+    ("refit", "left", "worth"),
+    [
+        (1.0, 0.6, True),  # a mismatch of its own size
+        (1.0, 0.7, False),
+        (0.4, 0.1, True),  # next to nothing, which is all that a refit leaves
+        (0.4, 0.3, False),  # ... or a little of it
+        (0.34, 0.0, False),  # ... or all, of what is nothing
+    ],
+)
+def test_an_effect_is_worth_naming_if_it_takes_much_or_most_of_what_there_is(refit, left, worth):
+    assert is_worth_naming(refit - left, refit, left) is worth
 
 
 @pytest.mark.parametrize(

@@ -89,13 +89,6 @@ class NoiseReference:
         return self.problem.ratio(fitted.model, fitted.skew, heldout=True)
 
 
-def is_worth_naming(standard: NoiseReference, refit: Fitted, best: Fitted) -> bool:
-    """Whether the effects of a fit take enough off what a refit leaves, on held-out data."""
-    gain = standard.gain(refit, best)
-    is_all = standard.left(best) <= NOTHING_LEFT < standard.left(refit)
-    return gain >= GAIN or (is_all and gain >= MOST_OF_IT * standard.left(refit))
-
-
 def ranked(problem: Problem, fits: Sequence[Fitted]) -> list[Fitted]:
     """Fits of a problem, best first.
 
@@ -136,6 +129,16 @@ def without_names(
     if changed and gain > NO_MISMATCH**2:
         return "parameters"
     return "no_mismatch" if gain <= COLOURED**2 else "unexplained"
+
+
+def is_worth_naming(gain: float, refit_left: float, left: float) -> bool:
+    """Whether effects take enough off what a refit leaves.
+
+    Args:
+        gain: by how much less they leave on held-out data, see `NoiseReference.gain`.
+        refit_left, left: what the refit and what the fit with them leaves, see `NoiseReference.left`.
+    """
+    return gain >= GAIN or (left <= NOTHING_LEFT < refit_left and gain >= MOST_OF_IT * refit_left)
 
 
 def with_physics(left: float, shares: Sequence[BudgetPart], of_refit: float) -> Verdict:

@@ -1,7 +1,7 @@
 """No name, still a model: the shape of a mismatch that repeats, learned over the signal that it depends on."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -166,6 +166,20 @@ def without_effects(problem: Problem, refit: Fitted, learned: Learned) -> Learne
     """
     bare = problem.fit(refit.hypothesis, refit.x, steps=6)
     return _learned(problem, bare, learned.values["of"], learned.values["at"])
+
+
+def elsewhere(problem: Problem, refit: Fitted, blocks: Container[str], executor: Executor) -> Iterator[Fitted]:
+    """A table alone over every signal whose law acts in another block than these.
+
+    Args:
+        problem: the recordings.
+        refit: the fit without effects and table.
+        blocks: to be left out.
+        executor: tries the signals.
+    """
+    bare = problem.fit(refit.hypothesis, refit.x, steps=6)
+    signals = (signal for signal in table_signals(problem, bare.model) if SIGNALS[signal[0]].block not in blocks)
+    return (table.fitted for table in _over_each(problem, bare, signals, executor) if table is not None)
 
 
 def _takes(problem: Problem, before: Fitted, after: Fitted, tries: int, share: float, significant: float) -> bool:
