@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from trial_samples import BASE, COULOMB, model, recorded
 
-import mmt_drake.diagnosis.diagnose as steps
+import mmt_drake.diagnosis.law_session as steps
 import mmt_drake.diagnosis.search.polish as polish
 import mmt_drake.diagnosis.tell.outcome as outcomes
 from mmt_drake.diagnosis.diagnose import diagnose
@@ -123,7 +123,7 @@ def test_a_spring_that_is_stiffer_one_way_is_a_curve_and_no_offset_beside_one(mo
     assert (found.verdict, [effect.name for effect in found.effects]) == ("unexplained", ["tabulated_force"])
     assert found.effects[0].parameters["of"].value == "deflection"
     assert found.fit.heldout_nrmse.augmented < 0.1 * found.fit.heldout_nrmse.refit
-    monkeypatch.setattr("mmt_drake.diagnosis.diagnose.ALIKE", 0.0)
+    monkeypatch.setattr("mmt_drake.diagnosis.law_session.ALIKE", 0.0)
     beside = diagnose([recording], SPRING, library=library).diagnosis
     assert [effect.name for effect in beside.effects] == ["force_bias", "tabulated_force"]  # it would be named
 
