@@ -33,6 +33,7 @@ from mmt_drake.arms.verdict import (
     certainty,
     forbidden,
     joint_budget,
+    outstanding,
     without,
     without_idle_numbers,
 )
@@ -100,7 +101,7 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
         links, whole = _consistent(found.fit, found.fit.fitted(every), every)
     x, half = found.fit.fitted(problem.inner), found.fit.deviations(found.fit.fitted(every), every)
     watch.begin(_SURE)
-    told = {j: certainty(problem, found, j, watch) for j in found.sets}
+    told = {j: outstanding(found.fit, j, x, certainty(problem, found, j, watch), float(noise[j])) for j in found.sets}
     refits = [b for b in tried if b.fit.belief.name == "refit"]
     links_alone = replace(min(refits or tried, key=lambda b: b.cost).fit, sets={})
     refit = links_alone.errors(links_alone.fitted(problem.inner), problem.outer)

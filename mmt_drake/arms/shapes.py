@@ -41,7 +41,8 @@ def likely_ripples(every: Sequence[PreparedLog], j: int) -> tuple[float, ...]:
     own, columns = one.joint(j), _smooth(one, j)
     left = own.others[:, j] - one.motion.filtered(one.believed[:, j])
     left = left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
-    highest = min(_MOST_CYCLES / own.reach, one.motion.band_hz / own.fastest)
+    # Where it moves fast a ripple is above the band; half of the time must show it.
+    highest = min(_MOST_CYCLES / own.reach, one.motion.band_hz / max(float(np.median(np.abs(own.v))), 1e-9))
     cycles = np.arange(_FEWEST_CYCLES / own.reach, highest, 0.25 / own.reach)  # [1/rad]
     if len(cycles) < 3:
         return ()

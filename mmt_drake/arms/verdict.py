@@ -16,6 +16,7 @@ from mmt_drake.arms.problem import ArmProblem, Term
 from mmt_drake.arms.search import BY_CHANCE, JointSet, chance_better
 from mmt_drake.arms.shared_fit import OTHER_NUMBERS, SharedFit
 from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart, shapley, subsets
+from mmt_drake.diagnosis.decide.delivered import CLEARLY
 from mmt_drake.diagnosis.decide.depth import Depth, beside_the_untried
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.numeric.arrays import Array
@@ -83,6 +84,20 @@ def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) ->
             depth = None
         told.append(Certainty(term, depth and beside_the_untried(depth, law, untried), rivals))
     return told
+
+
+def outstanding(fit: SharedFit, joint: int, x: Array, told: Sequence[Certainty], noise: float) -> list[Certainty]:
+    """How sure each effect of a joint is: none that does not stand out clearly from what nobody has named.
+
+    Unless all or none do.
+
+    Args:
+        fit, joint, x, told, noise: as for `joint_budget`.
+    """
+    shares = {part.part: part.share for part in joint_budget(fit, joint, x, told, noise)}
+    sure = [c for c in told if c.depth and c.term.effect in shares]
+    faint = [c for c in sure if shares[c.term.effect] < CLEARLY * shares[NAMELESS]]
+    return [replace(c, depth=None) if c in faint and len(faint) < len(sure) else c for c in told]
 
 
 def _untried(missed: Iterable[str]) -> list[ArmEffect]:

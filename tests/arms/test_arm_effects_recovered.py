@@ -151,6 +151,30 @@ def test_an_effect_on_a_joint_is_found_with_its_numbers_and_nothing_else(name: s
     assert found.verdict in ("missing_physics", "partly_explained")
 
 
+def test_a_ripple_that_is_above_the_band_at_full_speed_is_found_by_what_is_slower(tmp_path: Path) -> None:
+    moves, rigid = small_arm.rigid(1, tmp_path)
+    fastest, band = np.abs(moves.v[:, 0]).max(), small_arm.model(tmp_path).band_hz
+    period = 0.6 * fastest / band
+    found = diagnosed(tmp_path, on(0, lambda m, r: np.sin(2.0 * np.pi * m.q[:, 0] / period))(moves, rigid), moves, 1)
+    assert small_arm.named(found) == {("torque_ripple", "turn")}
+    assert small_arm.values(found, "torque_ripple", "turn")["period"] == pytest.approx(period, rel=0.02)
+
+
+def test_what_takes_no_more_than_what_has_no_name_has_none_beside_others(tmp_path: Path) -> None:
+    moves, rigid = small_arm.rigid(1, tmp_path)
+    wandering = np.sin(0.9 * moves.time + 2.0 * np.sin(0.37 * moves.time))  # nothing of the library
+
+    def beside_a_rotor(ripple: float) -> set[tuple[str, str]]:
+        def column(m: Moves, r: np.ndarray) -> np.ndarray:
+            return 0.4 * m.a[:, 1] + ripple * np.sin(2.0 * np.pi * m.q[:, 1] / 0.3) + 0.15 * wandering
+
+        return small_arm.named(diagnosed(tmp_path, on(1, column)(moves, rigid), moves, 1))
+
+    rotor, ripple = ("rotor_inertia", "lift"), ("torque_ripple", "lift")
+    assert beside_a_rotor(0.2) == {rotor}
+    assert beside_a_rotor(0.6) == {rotor, ripple}
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_where_nothing_is_concealed_nothing_is_named(seed: int, tmp_path: Path) -> None:
     moves, rigid = small_arm.rigid(20 + seed, tmp_path)
