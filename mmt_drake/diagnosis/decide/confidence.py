@@ -300,6 +300,23 @@ def _is_simpler(one: Fitted, other: Fitted) -> bool:
     return any(law.is_simpler_than(replaced) for law, replaced in _exchanged(one, other))
 
 
+def as_good_kin(named: Fitted, fits: Sequence[Fitted], errors: Mapping[frozenset[str], float | None]) -> frozenset[str]:
+    """Laws of a fit in whose place another one of their family predicts no worse, with no more numbers.
+
+    A law that the blocks of the choice rule out may be the right one all the same, where blocks that nobody has seen
+    do not bear that out.
+
+    Args:
+        named: the fit.
+        fits: what was held against it.
+        errors: set of effects -> error on blocks that no choice has seen; None where there is none.
+    """
+    known = {key: error for key, error in errors.items() if error is not None}
+    least = known.get(named.hypothesis.key, math.inf)
+    as_good = [f for f in fits if len(f.x) <= len(named.x) and known.get(f.hypothesis.key, math.inf) <= least]
+    return frozenset(law.name for f in as_good for law, instead in _exchanged(named, f) if is_kin(law, instead))
+
+
 def _holds(one: Fitted, other: Fitted) -> bool:
     """Whether one fit is the other with a law in the place of one that it holds (`Effect.holds`)."""
     return any(held.name in law.holds for law, held in _exchanged(one, other))

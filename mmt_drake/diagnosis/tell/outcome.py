@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.budget import NAMELESS, SHARED, BudgetPart, Ruler
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, as_good_kin
 from mmt_drake.diagnosis.decide.depth import (
     MOST_NAMELESS,
     Depth,
@@ -154,7 +154,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement, alike
         rivals = [f for f in believed.members if f.hypothesis.key != named.hypothesis.key]
         fitted = {e.name for e in delivered.hypothesis.effects if delivered.hypothesis.fitted_parameters(e)}
         unsure = fitted & within_reach_of_nothing(delivered, known_to)  # a learned surface has no such number
-        unsure |= judgement.bent | of_no_mass(delivered, known_to)
+        unsure |= judgement.bent | of_no_mass(delivered, known_to) | as_good_kin(named, ranked, errors)
         if leaves_much_of(judgement.of_refit):
             unsure |= named.hypothesis.key
         depths = {e.name: _depth(e, named, believed, judgement, e.name in unsure) for e in named.hypothesis.effects}
