@@ -9,7 +9,7 @@ import pytest
 from trial_samples import COULOMB, beside, model, named, problem_of, recorded
 
 from mmt_drake.diagnosis.decide import confidence
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, contradicted
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, as_good_kin, contenders, contradicted
 from mmt_drake.diagnosis.fit.floors import noise_kept_out, noise_through
 from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
@@ -44,6 +44,24 @@ def test_a_block_left_out_is_what_a_fit_without_it_leaves_of_it(problem: Problem
         there = problem.unchanged(fitted.hypothesis, x).minimum.residual
         assert np.linalg.norm(found[own[:-1]] - there[own]) < 0.05 * np.linalg.norm(there[own])
     assert found @ found > r[:-1] @ r[:-1]  # the fit has followed every block a little
+
+
+@pytest.mark.parametrize(
+    ("instead", "error", "unsure"),
+    [
+        ("coulomb_friction", 0.99, {"stribeck_friction"}),  # simpler, of its family, and no worse
+        ("coulomb_friction", None, set()),
+        ("coulomb_friction", 1.01, set()),
+        ("hysteresis", 0.5, set()),  # of another family
+        ("coulomb_friction force_bias", 0.5, set()),  # more than one law is another
+    ],
+)
+def test_a_law_is_unsure_where_a_simpler_kin_predicts_unseen_blocks_as_well(
+    problem: Problem, fits: dict[str, Fitted], instead: str, error: float | None, unsure: set[str]
+) -> None:
+    hypothesis = beside("stribeck_friction")
+    law, other = problem.at(hypothesis, hypothesis.vector({}, START)), fits[instead]
+    assert as_good_kin(law, [law, other], {law.hypothesis.key: 1.0, other.hypothesis.key: error}) == unsure
 
 
 def leaving(monkeypatch: pytest.MonkeyPatch, left: Callable[[Problem, Fitted], np.ndarray]) -> None:
