@@ -17,7 +17,7 @@ from mmt_drake.arms.search import BY_CHANCE, JointSet, chance_better
 from mmt_drake.arms.shared_fit import OTHER_NUMBERS, SharedFit
 from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart, shapley, subsets
 from mmt_drake.diagnosis.decide.delivered import CLEARLY
-from mmt_drake.diagnosis.decide.depth import Depth, beside_the_untried
+from mmt_drake.diagnosis.decide.depth import Depth, beside_the_nameless, beside_the_untried
 from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.numeric.arrays import Array
 
@@ -87,17 +87,27 @@ def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) ->
 
 
 def outstanding(fit: SharedFit, joint: int, x: Array, told: Sequence[Certainty], noise: float) -> list[Certainty]:
-    """How sure each effect of a joint is: none that does not stand out clearly from what nobody has named.
+    """How sure each effect of a joint is beside what nobody has named there: not at all if it takes less than that.
 
-    Unless all or none do.
+    Beside effects that stand out from it clearly, one has to do so as well.
 
     Args:
         fit, joint, x, told, noise: as for `joint_budget`.
     """
     shares = {part.part: part.share for part in joint_budget(fit, joint, x, told, noise)}
-    sure = [c for c in told if c.depth and c.term.effect in shares]
-    faint = [c for c in sure if shares[c.term.effect] < CLEARLY * shares[NAMELESS]]
-    return [replace(c, depth=None) if c in faint and len(faint) < len(sure) else c for c in told]
+    nameless = shares.get(NAMELESS, 0.0)
+    clear = {c.term.effect for c in told if shares.get(c.term.effect, 0.0) >= CLEARLY * nameless}
+
+    def beside(one: Certainty) -> Depth | None:
+        name = one.term.effect
+        if name not in shares:  # told together with others
+            return one.depth
+        if shares[name] < nameless or (clear and name not in clear):
+            return None
+        depth = beside_the_nameless(one.depth, shares[name], nameless, may_be_all=False)
+        return None if name in WHOLE_NAMES and depth != "law" else depth
+
+    return [replace(one, depth=beside(one)) for one in told]
 
 
 def _untried(missed: Iterable[str]) -> list[ArmEffect]:
