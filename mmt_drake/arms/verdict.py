@@ -102,7 +102,7 @@ def outstanding(fit: SharedFit, joint: int, x: Array, told: Sequence[Certainty],
         name = one.term.effect
         if name not in shares:  # told together with others
             return one.depth
-        if shares[name] < nameless or (clear and name not in clear):
+        if shares[name] <= nameless or (clear and name not in clear):
             return None
         depth = beside_the_nameless(one.depth, shares[name], nameless, may_be_all=False)
         return None if name in WHOLE_NAMES and depth != "law" else depth
