@@ -56,7 +56,8 @@ def verdict_of(
     named = sum(share for name, share in shares.items() if name not in (PARAMETERS, SHARED, NAMELESS, NOISE))
     if all(joint.nominal <= NOTHING_SHOWS * max(joint.noise, 1e-9) for joint in moving):
         return "no_mismatch"
-    if not effects and found.fit.belief.name == "none" and np.median([j.nominal for j in moving]) <= NEAR_ENOUGH:
+    is_told = any(effect.certain for effect in effects) or found.fit.belief.name == "refit"
+    if not is_told and np.median([j.nominal for j in moving]) <= NEAR_ENOUGH:
         return "no_mismatch"
     nameless, shared = shares.get(NAMELESS, 0.0), shares.get(SHARED, 0.0)
     if shared > named and nameless <= UNTOLD:

@@ -29,7 +29,7 @@ def found(diagnosis: ArmDiagnosis) -> str:
         said.append(_named(same, len(moving)))
     if diagnosis.parameters:
         said.append(f"Inertial numbers of {_listed(list(diagnosis.parameters))} are others than the file says.")
-    unsure = [f"{words(e.name)} on {e.where}" for e in diagnosis.effects if not e.certain]
+    unsure = [f"{words(e.name)} on {e.where or 'the whole arm'}" for e in diagnosis.effects if not e.certain]
     if unsure:
         said.append(f"Take part, but others would explain as much: {_listed(unsure)}.")
     said.append(

@@ -17,6 +17,7 @@ from mmt_drake.errors import MissingDependency
 from mmt_drake.numeric.arrays import Array
 
 STEP = 1e-3
+_HARD = 0.9999  # of 1: how much of what friction has to hold it holds at once
 _GAINS = (400.0, 40.0)  # [1/s^2], [1/s] of the tracking error, times the inertia
 _HARMONICS = 5
 
@@ -110,6 +111,9 @@ class ArmEngine:
         self._model.opt.timestep = STEP
         self._model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         self._at = [self._model.joint(name).dofadr[0] for name in joints]
+        # MuJoCo's dry friction gives way softly, over 20 ms if not told: torques would come some ms before the motion.
+        self._model.dof_solref[:] = 2.0 * STEP, 1.0
+        self._model.dof_solimp[:, :2] = _HARD
         others = [i for i in range(self._model.nv) if i not in self._at]
         self._model.dof_armature[others] = 1e6  # locked
         self._believed, self._concealed, self._nameless_rms = believed, list(concealed), nameless
