@@ -35,7 +35,7 @@ _REAL = (
 TRIALS = {
     "trial": "trial --seed 327 --per-effect 1",
     "trial-remainder": "trial --seed 76 --per-effect 1 --remainder 0.2",
-    "trial-foreign": "trial --seed 316 --per-effect 1 --plant foreign",
+    "trial-foreign": "trial --seed 315 --per-effect 1 --plant foreign",
     "trial-surfaces": "trial --seed 91 --per-effect 3 --plant palpation",
     "trial-arms": "trial --arms --seed 44 --per-effect 20",
     "trial-real": f"trial --real recordings{''.join(f' --only {name}' for name in _REAL)}",

@@ -90,8 +90,7 @@ class SurfaceSession(DiagnosisSession):
         if sure and not is_confirmed(problem, refit, best, believed, fits):
             return None
         shares = self.shares(problem, best, fits)
-        of_refit = self.of_refit(best, refit, standard)
-        verdict = gate.with_physics(standard.left(best), shares, of_refit)
+        verdict, _ = self.on_physics(best, refit, standard, shares)
         if verdict == "unexplained":
             return None
         return replace(nothing, verdict=verdict if sure else "ambiguous", best=best, shares=shares)
