@@ -7,19 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mmt_drake.arms.folds import Folds
+from mmt_drake.arms.folds import Folds, SharedNumbers
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.problem import ArmProblem
 from mmt_drake.arms.search import BY_CHANCE, RARE, JointSearch, JointSet, chance_better
-from mmt_drake.arms.shared_fit import Belief, SharedFit
+from mmt_drake.arms.shared_fit import FREE_SAMPLES, Belief, SharedFit
 from mmt_drake.diagnosis.search.watch import NOTHING, Watch
 from mmt_drake.effects.wording import words
 from mmt_drake.numeric.arrays import Array
 
 LOOSE = (0.1, 0.3, 1.0, 3.0)
 """How far inertial numbers may go from the file's, in parts of the link's mass: what held-out blocks bear."""
-_FREE_SAMPLES = 0.05
-"""One in so many samples is worth a sample of its own: what is left hangs together in time."""
 AS_WELL = 1.25
 """One belief explains as well as another if it leaves no more than so many times as much: the simpler one is taken, and
 what is rare is not named where other links explain a joint as well."""
@@ -27,6 +25,10 @@ _AS_MUCH = 1.02
 """Of two effects that look alike the first of the list is taken, if it leaves no more than so many times as much."""
 _SAID = 3
 """Effects that are named while it still looks; more are counted."""
+_LIKELIEST = 4
+"""Beliefs beyond the file whose joints are searched beside each other."""
+_TURNS = 4
+"""Joints whose effects are chosen again beside what the others say, at most."""
 GAIN = 0.05
 """A belief beyond the file earns its place by so much of the squared error of all joints, in the geometric mean."""
 
@@ -76,8 +78,52 @@ def searched(
 def joint_search(problem: ArmProblem, belief: Belief, joint: int) -> JointSearch:
     """The search of one joint under a belief."""
     row = problem.rows[joint]
-    prior = None if belief.prior is None else belief.prior * row.spread(problem.inner) ** 2 * _FREE_SAMPLES
-    return JointSearch(row, Folds(row.sums, problem.inner, prior), belief.held_in(row))
+    shared = None
+    if belief.prior is not None:
+        held = np.diag(belief.prior * row.spread(problem.inner) ** 2 * FREE_SAMPLES)
+        shared = SharedNumbers(range(len(held)), np.zeros(len(held)), held)
+    return JointSearch(row, Folds(row.sums, problem.inner, shared), belief.held_in(row))
+
+
+def search_beside(found: Believed, joint: int) -> JointSearch:
+    """The search of one joint beside what the other joints say of the numbers that all share.
+
+    Args:
+        found: sets of all joints.
+        joint: its number.
+    """
+    row = found.fit.problem.rows[joint]
+    return JointSearch(row, Folds(row.sums, found.fit.problem.inner, found.fit.known_without(joint)))
+
+
+def together(found: Believed) -> Believed:
+    """With sets of single joints that fit better to what the others say of the numbers that all share.
+
+    A joint by itself bends these numbers, such as a payload's, to what no other joint bears out, in the place of an
+    effect of its own. The joint whose set is the greatest gain to all comes first.
+    """
+    weights = np.zeros(len(found.fit.problem.rows))
+    for j, own in found.sets.items():
+        weights[j] = 1.0 / max(own.fit.cost, 1e-12)
+    now = replace(found, fit=replace(found.fit, weights=weights))
+    left_out = _left_out(found.fit.belief, frozenset())
+    for _ in range(_TURNS):
+        better_ones = []
+        for j in now.sets:
+            own = search_beside(now, j).best(left_out)
+            if own.terms != now.sets[j].terms:
+                sets = {**now.sets, j: own}
+                better_ones.append(Believed(replace(now.fit, sets={i: s.terms for i, s in sets.items()}), sets))
+        best = min(better_ones, key=lambda b: b.cost, default=now)
+        if not better(best, now):
+            break
+        now = best
+    return replace(now, fit=replace(now.fit, weights=by_what_is_left(now)))
+
+
+def _with_together(every: Sequence[Believed], some: Sequence[Believed]) -> list[Believed]:
+    """All of these, in their order; joints of some of them searched together."""
+    return [together(one) if any(one is likely for likely in some) else one for one in every]
 
 
 def _left_out(belief: Belief, without: frozenset[str]) -> frozenset[str]:
@@ -154,7 +200,7 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
                 watch.miss(b.said for b in beliefs[number:])
                 return
             watch.did(belief.said, number, len(beliefs))
-            one = searched(problem, belief, weights, plain)
+            one = searched(problem, belief, weights)
             watch.saw(_names(one), _over_noise(one, noise))
             yield one
 
@@ -174,6 +220,10 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     refits = list(tried_in_time(list(_refits(problem))))
     watch.begin(WHOLE_ARM)
     arms = [b for b in tried_in_time(list(_whole_arm(problem))) if is_sensible(b)]
+    if not watch.is_late():
+        refits = _with_together(refits, [tightest(refits)])
+        likeliest = sorted(arms, key=lambda b: b.cost)[:_LIKELIEST]
+        arms = [b for b in _with_together(arms, likeliest) if is_sensible(b)]
     # What is rare is not taken on a joint where other links explain as much.
     doubtful = {j: RARE for j in problem.moving if any(_explains(b, none, j) for b in (*refits, *arms))}
     if any(none.sets[j].names & RARE for j in doubtful):
@@ -184,14 +234,14 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     arms.sort(key=lambda b: b.cost)
     arms[:1] = sorted((b for b in arms[:2] if _alike(b, arms[0])), key=lambda b: tried.index(b))[:1]
     refit = tightest(refits) if refits else none
-    if arms and better(arms[0], none) and (not refits or arms[0].cost < refit.cost + np.log(AS_WELL)):
+    if arms and better(arms[0], none) and (not refits or _as_well(arms[0], refit)):
         best = arms[0]
     else:
         best = refit if better(refit, none) else none
     if best is not none and watch.is_late():
         watch.miss(sorted(RARE))
     elif best is not none:
-        best = searched(problem, best.fit.belief, by_what_is_left(best))
+        best = together(best)
     return best, tried
 
 
@@ -200,6 +250,12 @@ def _alike(one: Believed, best: Believed) -> bool:
     law, other = (ARM_EFFECTS[b.fit.belief.name] for b in (one, best))
     same = (law.family, one.fit.belief.held[0].where) == (other.family, best.fit.belief.held[0].where)
     return same and one.cost < best.cost + np.log(_AS_MUCH)
+
+
+def _as_well(one: Believed, refit: Believed) -> bool:
+    """Whether an effect of the whole arm stands for a refit: not if it leaves more and needs more of what is rare."""
+    rare, of_refit = (sum(len(s.names & RARE) for s in b.sets.values()) for b in (one, refit))
+    return one.cost < refit.cost + (np.log(AS_WELL) if rare <= of_refit else 0.0)
 
 
 def _names(one: Believed) -> str:
@@ -218,6 +274,8 @@ def _over_noise(one: Believed, noise: Array) -> float:
 
 
 def _explains(other: Believed, own: Believed, joint: int) -> bool:
-    """Whether a joint is explained about as well by other links, which have one set of numbers for all joints."""
+    """Whether a joint is explained about as well by other links alone, which have one set of numbers for all joints."""
+    if other.sets[joint].names & RARE:
+        return False
     left, before = (float(np.nanmean(b.fit.held_out[joint])) for b in (other, own))
     return left < AS_WELL * before

@@ -23,6 +23,8 @@ UNTOLD = 0.1
 NEAR_ENOUGH = 0.03
 """A model for which nothing is found, and which is off by no more than this part of the torque's spread on most joints,
 has nothing missing that shows: smooth motion blurs every reversal."""
+FAR = 0.1
+"""... unless it is off by more than this part on one joint."""
 NOTHING_SHOWS = 1.5
 """A model that leaves no more than so many times the noise of the torque, in RMS, has nothing missing that shows."""
 
@@ -57,7 +59,8 @@ def verdict_of(
     if all(joint.nominal <= NOTHING_SHOWS * max(joint.noise, 1e-9) for joint in moving):
         return "no_mismatch"
     is_told = any(effect.certain for effect in effects) or found.fit.belief.name == "refit"
-    if not is_told and np.median([j.nominal for j in moving]) <= NEAR_ENOUGH:
+    off = [joint.nominal for joint in moving]
+    if not is_told and np.median(off) <= NEAR_ENOUGH and max(off) <= FAR:
         return "no_mismatch"
     nameless, shared = shares.get(NAMELESS, 0.0), shares.get(SHARED, 0.0)
     if shared > named and nameless <= UNTOLD:

@@ -9,7 +9,9 @@ from mmt_drake.errors import MmtError
 from mmt_drake.numeric.arrays import Array
 
 _LEAST = 1e-6
-"""Least eigenvalue of a link's pseudo-inertia, in parts of its trace as believed."""
+"""Least eigenvalue of a link's pseudo-inertia, each of its axes in a unit of its own."""
+_SMALL = 1e-6
+"""Units of second moments are no smaller than this part of the greatest one, or of the mass."""
 
 
 def pseudo_inertia(numbers: Array) -> Array:
@@ -33,7 +35,7 @@ def nearest_consistent(found: Array, weight: Array, believed: Array) -> Array:
     Args:
         found: (links, 10).
         weight: (10 links, 10 links) how dear the square of a step away from these is.
-        believed: (links, 10), consistent; sizes of the links.
+        believed: (links, 10), sizes of the links.
 
     Raises:
         MmtError: the solver finds none.
@@ -47,11 +49,14 @@ def nearest_consistent(found: Array, weight: Array, believed: Array) -> Array:
     program.AddQuadraticCost(matrix + 1e-9 * np.eye(found.size), np.zeros(found.size), steps, is_convex=True)
     basis = [pseudo_inertia(row) for row in np.eye(10)]
     for link, numbers in enumerate(found):
-        size = max(float(np.trace(pseudo_inertia(believed[link]))), 1e-6)
+        # Mass and moments in units of their own: moments of a body as small as a hand are a thousandth of its mass.
+        diagonal = np.abs(np.diag(pseudo_inertia(believed[link])))
+        unit = np.sqrt(np.maximum(diagonal, max(_SMALL * float(diagonal.max()), 1e-9)))
+        units = np.outer(unit, unit)
         own = slice(10 * link, 10 * link + 10)
-        whole = pseudo_inertia(numbers) - _LEAST * size * np.eye(4)
+        whole = pseudo_inertia(numbers) / units - _LEAST * np.eye(4)
         parts = [basis[i] * scale[own][i] for i in range(10)]
-        program.AddLinearMatrixInequalityConstraint([whole / size, *(part / size for part in parts)], steps[own])
+        program.AddLinearMatrixInequalityConstraint([whole, *(part / units for part in parts)], steps[own])
     result = ClarabelSolver().Solve(program)
     if not result.is_success():
         raise MmtError("no consistent inertial numbers were found near those of the fit")

@@ -22,7 +22,7 @@ class FoldFit:
 
     Attributes:
         held_out: (folds,) mean squared error of each fold when it was not fitted [(N m)^2].
-        x: numbers fitted to all inner blocks, those of the links first where they are free.
+        x: numbers fitted to all inner blocks, those that joints share first.
     """
 
     held_out: Array
@@ -34,27 +34,54 @@ class FoldFit:
         return float(self.held_out.mean())
 
 
+@dataclass(frozen=True)
+class SharedNumbers:
+    """Numbers that a joint shares with others, and what is known of them without it.
+
+    Attributes:
+        columns: theirs among those of the joint.
+        middle: (k,) where they are expected.
+        held: (k, k) how strongly they are held there, as a sum of squares of the joint's error [(N m)^2 / unit^2].
+    """
+
+    columns: Sequence[int]
+    middle: Array
+    held: Array
+
+    def from_middle(self, sums: tuple[Array, Array, Array, Array]) -> tuple[Array, Array, Array, Array]:
+        """Sums of each block with what these numbers explain, where they are expected, taken from the target."""
+        gram, rhs, energy, samples = sums
+        at, x = list(self.columns), self.middle
+        own = gram[:, at][:, :, at]
+        return gram, rhs - gram[:, :, at] @ x, energy - 2.0 * rhs[:, at] @ x + x @ own @ x, samples
+
+
 class Folds:
     """One joint under one belief about the links, ready to fit sets of terms.
 
-    The inertial numbers are eliminated: with those of the terms x, they are at - across x. What that makes of a fold
-    that is held out is a quadratic form in x, which is summed up once.
+    Numbers that joints share are eliminated: with those of the terms x, they are at - across x. What that makes of a
+    fold that is held out is a quadratic form in x, which is summed up once.
 
     Args:
         sums: of each block of the joint, see `JointRows.sums`.
         inner: blocks that choose.
-        prior: (10 links,) how strongly each inertial number is held where it is; None: they are as believed.
+        shared: numbers that joints share; None: the links are as believed, and nothing else is shared.
     """
 
-    def __init__(self, sums: tuple[Array, Array, Array, Array], inner: Sequence[int], prior: Array | None) -> None:
+    def __init__(
+        self, sums: tuple[Array, Array, Array, Array], inner: Sequence[int], shared: SharedNumbers | None
+    ) -> None:
+        if shared is not None:
+            sums = shared.from_middle(sums)
         gram, rhs, _, samples = sums
         used = [b for b in inner if samples[b] > 0]
         parts = [used[f::FOLDS] for f in range(min(FOLDS, len(used)))]
         held = [tuple(a[part].sum(axis=0) for a in sums) for part in parts]
         total = gram[used].sum(axis=0), rhs[used].sum(axis=0)
         trained = [(total[0] - g, total[1] - c) for g, c, _, _ in held]
-        self._links = 0 if prior is None else len(prior)
-        reduced = [self._without_links(g, c, prior) for g, c in [*trained, total]]
+        self._shared = [] if shared is None else list(shared.columns)
+        self._middle = np.empty(0) if shared is None else shared.middle
+        reduced = [self._without_shared(g, c, shared) for g, c in [*trained, total]]
         self._gram, self._rhs, self._across, self._at = (np.stack(one) for one in zip(*reduced, strict=True))
         forms = [
             self._form(g, c, e, across, at)
@@ -64,19 +91,22 @@ class Folds:
         self._samples = np.array([n for _, _, _, n in held])
         self._known: dict[tuple[int, ...], FoldFit] = {}
 
-    def _without_links(self, gram: Array, rhs: Array, prior: Array | None) -> tuple[Array, Array, Array, Array]:
-        """The sums once the inertial numbers are eliminated, and what gives these back."""
-        if prior is None:
+    def _without_shared(
+        self, gram: Array, rhs: Array, shared: SharedNumbers | None
+    ) -> tuple[Array, Array, Array, Array]:
+        """The sums once the shared numbers are eliminated, and what gives these back."""
+        if shared is None:
             return gram, rhs, np.empty((0, len(rhs))), np.empty(0)
-        free = slice(self._links)
-        factor = linalg.cho_factor(gram[free, free] + np.diag(prior))
+        free = self._shared
+        factor = linalg.cho_factor(gram[np.ix_(free, free)] + shared.held)
         across, at = linalg.cho_solve(factor, gram[free]), linalg.cho_solve(factor, rhs[free])
         return gram - gram[:, free] @ across, rhs - gram[:, free] @ at, across, at
 
     def _form(self, gram: Array, rhs: Array, energy: Array, across: Array, at: Array) -> tuple[Array, Array, Array]:
         """Squared error of a fold as a form in the terms' numbers: quadratic, linear and constant part."""
-        free = slice(self._links)
-        own, between = gram[free, free], gram[free] - gram[free, free] @ across
+        free = self._shared
+        own = gram[np.ix_(free, free)]
+        between = gram[free] - own @ across
         square = gram - across.T @ gram[free] - between.T @ across
         line = 2.0 * (across.T @ rhs[free] - rhs + between.T @ at)
         return square, line, energy - 2.0 * at @ rhs[free] + at @ own @ at
@@ -99,5 +129,5 @@ class Folds:
         left = (
             self._rest + np.einsum("fk,fk->f", self._line[:, own], held) + np.einsum("fj,fjk,fk->f", held, square, held)
         )
-        links = self._at[-1] - self._across[-1][:, own] @ x[-1]
-        return FoldFit(np.maximum(left, 0.0) / self._samples, np.concatenate([links, x[-1]]))
+        shared = self._middle + self._at[-1] - self._across[-1][:, own] @ x[-1]
+        return FoldFit(np.maximum(left, 0.0) / self._samples, np.concatenate([shared, x[-1]]))

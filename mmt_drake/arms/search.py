@@ -105,7 +105,7 @@ class JointSearch:
         told = rows.told
         self._terms = [t for t in rows.terms if not ARM_EFFECTS[t.effect].reaches_all and all(told[list(t.columns)])]
         self._known = rows.held
-        self._folds, self._held, self._links = folds, tuple(held), len(folds.fit(()).x)
+        self._folds, self._held, self._shared = folds, tuple(held), len(folds.fit(()).x)
 
     def fit(self, terms: Sequence[Term]) -> JointSet:
         """The set of these terms."""
@@ -113,7 +113,7 @@ class JointSearch:
 
     def allowed(self, found: JointSet) -> bool:
         """Whether every number is one that its effect may have."""
-        at = self._links + sum(len(t.columns) for t in self._held)
+        at = self._shared + sum(len(t.columns) for t in self._held)
         for term in found.terms:
             end = at + len(term.columns)
             if not ARM_EFFECTS[term.effect].allows(found.fit.x[at:end] + self._known.get(term.key, 0.0)):

@@ -9,12 +9,14 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg, stats
 
-from mmt_drake.arms.folds import FOLDS, HELD
+from mmt_drake.arms.folds import FOLDS, HELD, SharedNumbers
 from mmt_drake.arms.problem import ArmProblem, JointRows, Term
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.layout import Layout
 
 _FEWEST_DEGREES = 3
+FREE_SAMPLES = 0.05
+"""One in so many samples is worth a sample of its own: what is left hangs together in time."""
 _TOLD = 1e4
 """... and is told apart if what the others leave of its column is more than one part in so many, in variance."""
 OTHER_NUMBERS = "other inertial numbers"
@@ -95,10 +97,12 @@ class SharedFit:
         """How many numbers there are."""
         return max((numbers[-1] + 1 for _, numbers in self._places if numbers), default=0)
 
-    def sums(self, blocks: Sequence[int]) -> tuple[Array, Array]:
-        """Normal equations of some blocks: (size, size) and (size,), without the prior."""
+    def sums(self, blocks: Sequence[int], without: int | None = None) -> tuple[Array, Array]:
+        """Normal equations of some blocks: (size, size) and (size,), without the prior, or a joint."""
         matrix, right = np.zeros((self.size, self.size)), np.zeros(self.size)
         for row, weight, (columns, numbers) in zip(self.problem.rows, self.weights, self._places, strict=True):
+            if row.joint == without:
+                continue
             gram, rhs, _, _ = row.sums
             matrix[np.ix_(numbers, numbers)] += weight * gram[blocks].sum(0)[np.ix_(columns, columns)]
             right[numbers] += weight * rhs[blocks].sum(0)[columns]
@@ -118,7 +122,7 @@ class SharedFit:
 
     def _solved(self, matrix: Array, right: Array) -> Array:
         whole = matrix + np.diag(self.prior)
-        size = np.sqrt(np.maximum(np.diag(whole), 1e-12 * float(np.diag(whole).max(initial=1e-12))))
+        size = _sizes(whole)
         scaled = whole / np.outer(size, size) + HELD * np.eye(len(size))
         solved: Array = linalg.solve(scaled, right / size, assume_a="pos") / size if len(size) else right
         return solved
@@ -145,6 +149,29 @@ class SharedFit:
             m, r = self.sums(part)
             found.append(self.errors(self._solved(matrix - m, right - r), part))
         return np.stack(found, 1)
+
+    def known_without(self, joint: int) -> SharedNumbers | None:
+        """What the inner blocks of all other joints say of the numbers that joints share; None where they share none.
+
+        Args:
+            joint: number of the joint that is left out.
+        """
+        shared = [*self.numbers_of_links, *(n for _, at in self.numbers_held for n in at)]
+        if not shared:
+            return None
+        matrix, right = self.sums(self.problem.inner, without=joint)
+        matrix += np.diag(self.prior)
+        size = _sizes(matrix)
+        matrix, right = matrix / np.outer(size, size) + HELD * np.eye(len(size)), right / size
+        # What the others' own effects may take away is eliminated.
+        rest = [n for n in range(self.size) if n not in set(shared)]
+        between = matrix[np.ix_(shared, rest)]
+        across = linalg.solve(matrix[np.ix_(rest, rest)], np.column_stack([between.T, right[rest]]), assume_a="pos")
+        known = matrix[np.ix_(shared, shared)] - between @ across[:, :-1]
+        middle = linalg.solve(known, right[shared] - between @ across[:, -1], assume_a="pos")
+        unit = size[shared]
+        columns = self._places[joint][0][: len(shared)]
+        return SharedNumbers(columns, middle / unit, FREE_SAMPLES * known * np.outer(unit, unit) / self.weights[joint])
 
     def are_told(self, blocks: Sequence[int]) -> list[bool]:
         """Whether each number is told apart from all others: a mass that only ever turns about its own axis is not."""
@@ -183,3 +210,10 @@ class SharedFit:
     def numbers_held(self) -> list[tuple[Term, list[int]]]:
         """The same of the arm's effects."""
         return self._numbers[None]
+
+
+def _sizes(matrix: Array) -> Array:
+    """Units of numbers in which the diagonal of their normal equations is 1; of one that nothing tells, a large one."""
+    diagonal = np.diag(matrix)
+    sizes: Array = np.sqrt(np.maximum(diagonal, 1e-12 * float(diagonal.max(initial=1e-12))))
+    return sizes

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from mmt_drake.arms.arm_effect import ArmEffect
-from mmt_drake.arms.beliefs import Believed, joint_search
+from mmt_drake.arms.beliefs import Believed, search_beside
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.problem import ArmProblem, Term
 from mmt_drake.arms.search import BY_CHANCE, JointSet, chance_better
@@ -60,7 +60,8 @@ def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) ->
         joint: its number.
         watch: the clock.
     """
-    own, search = found.sets[joint], joint_search(problem, found.fit.belief, joint)
+    search = search_beside(found, joint)
+    own = search.fit(found.sets[joint].terms)
     untried = _untried(watch.missed)
     row, told = problem.rows[joint], []
     _, _, energy, samples = row.sums
@@ -190,7 +191,7 @@ def forbidden(found: Believed, x: Array) -> tuple[int, Term] | None:
 def without(found: Believed, joint: int, term: Term, instead: Term | None = None) -> Believed:
     """What is delivered without a term of a joint, or with another one in its place."""
     kept = tuple(t for t in (instead if t is term else t for t in found.fit.sets[joint]) if t is not None)
-    sets = {**found.sets, joint: joint_search(found.fit.problem, found.fit.belief, joint).fit(kept)}
+    sets = {**found.sets, joint: search_beside(found, joint).fit(kept)}
     return Believed(replace(found.fit, sets={j: s.terms for j, s in sets.items()}), sets)
 
 

@@ -69,3 +69,13 @@ def test_others_become_consistent_and_nearer_than_by_clipping(seed: int) -> None
     for part in (0.3, 0.1):  # no point on the way back to what was believed is nearer
         between = found + part * (believed - found)
         assert cost(found - wrong, weight) <= cost(between - wrong, weight)
+
+
+def test_a_body_whose_moments_are_small_beside_its_mass_is_made_possible_at_little_cost() -> None:
+    # As a fit found a payload in a hand: moments of a thousandth of its mass, and two of them negative.
+    found = np.array([[1.436, 0.0529, 0.0801, -0.0185, 0.0035, 0.0022, 0.0064, -0.0030, 0.0002, 0.0009]])
+    assert not is_consistent(found[0])
+    weight = np.diag([1e6, 1e8, 1e8, 1e8, *[1e9] * 6])
+    moved = nearest_consistent(found, weight, found)
+    assert is_consistent(moved[0])
+    assert 0.0 < cost(moved - found, weight) < cost(clipped(found[0], 1e-9) - found[0], weight)

@@ -1,6 +1,5 @@
 """A diagnosis of an arm heeds its time, says what there was no time for, and tells what is known when it is ended."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,7 @@ import small_arm
 
 from mmt_drake.arms.beliefs import OTHER_LINKS
 from mmt_drake.arms.diagnosis import diagnose_arm
-from mmt_drake.arms.folds import HELD, Folds
+from mmt_drake.arms.folds import HELD, Folds, SharedNumbers
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.result import as_json
 from mmt_drake.cli.main import main
@@ -92,7 +91,7 @@ def test_ctrl_c_ends_the_command_with_what_is_known(
 
 @pytest.mark.parametrize("free", [0, 4])
 def test_folds_are_held_out_as_if_each_were_fitted_by_itself(free: int) -> None:
-    """Against least squares on the rows of the other folds, the prior as further rows."""
+    """Against least squares on the rows of the other folds, what is known of shared numbers as further rows."""
     rng = np.random.default_rng(3)
     blocks, rows, columns = 6, 30, 9
     x, y = rng.normal(size=(blocks, rows, columns)), rng.normal(size=(blocks, rows))
@@ -102,16 +101,17 @@ def test_folds_are_held_out_as_if_each_were_fitted_by_itself(free: int) -> None:
         np.einsum("bi,bi->b", y, y),
         np.full(blocks, float(rows)),
     )
-    prior = np.full(free, 2.5) if free else None
+    root, middle = rng.normal(size=(free, free)), rng.normal(size=free)
+    shared = SharedNumbers(range(free), middle, root.T @ root) if free else None
     chosen = [5, 7]
     used = [*range(free), *chosen]
-    held = np.hstack([math.sqrt(2.5) * np.eye(free), np.zeros((free, len(chosen)))])
+    held = np.hstack([root, np.zeros((free, len(chosen)))])
 
     def fitted(others: list[int]) -> np.ndarray:
         a = np.vstack([*(x[b][:, used] for b in others), held])
-        return np.linalg.lstsq(a, np.concatenate([*(y[b] for b in others), np.zeros(free)]), rcond=None)[0]
+        return np.linalg.lstsq(a, np.concatenate([*(y[b] for b in others), root @ middle]), rcond=None)[0]
 
-    found = Folds(sums, range(blocks), prior).fit(chosen)
+    found = Folds(sums, range(blocks), shared).fit(chosen)
     expected = []
     for b in range(blocks):
         left = y[b] - x[b][:, used] @ fitted([other for other in range(blocks) if other != b])

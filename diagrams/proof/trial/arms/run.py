@@ -26,13 +26,13 @@ from mmt_drake.diagrams.proof.trial.sealing import canonical, seal
 
 @dataclass(frozen=True)
 class NamedThing:
-    """An effect that was named: name, family, place, and how deep it is certain."""
+    """An effect that was found: name, family, place, and how deep it is certain; None: it is not."""
 
     name: str
     family: str
     block: str
     where: str
-    certain: str
+    certain: str | None
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,7 @@ class ArmScore:
         case: its name.
         truth: names and places.
         named: what was named with certainty.
+        unsure: what was found, and is not certain.
         verdict: of the diagnosis.
         places, families, laws: concealed effects of which a name at the right place; in the right family; of the right
             law, called certain; was found.
@@ -55,6 +56,7 @@ class ArmScore:
     case: str
     truth: tuple[tuple[str, str], ...]
     named: tuple[NamedThing, ...]
+    unsure: tuple[NamedThing, ...]
     verdict: str
     places: int
     families: int
@@ -71,7 +73,7 @@ def diagnosed(folder: Path) -> tuple[tuple[NamedThing, ...], str, float | None, 
     model = load_arm_model(folder / "model.yaml")
     arm = ArmPlant.of(model)
     found = diagnose_arm([load_joint_log(folder / "log.npz", model, arm.joints)], model)
-    named = tuple(NamedThing(e.name, e.family, e.block, e.where, e.certain) for e in found.effects if e.certain)
+    named = tuple(NamedThing(e.name, e.family, e.block, e.where, e.certain) for e in found.effects)
     mass = next((e.numbers["m"] for e in found.effects if e.name == "payload"), None)
     kg = mass.value if isinstance(mass, Number) else None
     return named, found.verdict, kg, time.perf_counter() - begun
@@ -79,7 +81,8 @@ def diagnosed(folder: Path) -> tuple[tuple[NamedThing, ...], str, float | None, 
 
 def scored(case: ArmTrialCase, answer: tuple[tuple[NamedThing, ...], str, float | None, float]) -> ArmScore:
     """A diagnosis held against the truth."""
-    named, verdict, mass, seconds = answer
+    every, verdict, mass, seconds = answer
+    named, unsure = (tuple(n for n in every if bool(n.certain) == sure) for sure in (True, False))
     truth = [(c, ARM_EFFECTS[c.name]) for c in case.concealed]
     places = sum(any(n.where == c.where for n in named) for c, _ in truth)
     families = sum(any(n.where == c.where and n.family == e.family for n in named) for c, e in truth)
@@ -90,7 +93,7 @@ def scored(case: ArmTrialCase, answer: tuple[tuple[NamedThing, ...], str, float 
     payload = next((c.numbers["m"] for c in case.concealed if c.name == "payload"), None)
     off = abs(mass / payload - 1.0) if mass is not None and payload is not None else None
     told = tuple((c.name, c.where) for c in case.concealed)
-    return ArmScore(case.name, told, named, verdict, places, families, laws, called, false, off, seconds)
+    return ArmScore(case.name, told, named, unsure, verdict, places, families, laws, called, false, off, seconds)
 
 
 def _is_true(named: NamedThing, concealed: Sequence[Concealment]) -> bool:
@@ -139,10 +142,14 @@ def report_of(scores: Sequence[ArmScore], sealed: str, seed: int, remainder: flo
     false = [(score, thing) for score in scores for thing in score.false]
     called = sum(score.called for score in scores)
     clean = [score for score in scores if not score.truth]
+    told = sum(any(n.where == where for n in (*s.named, *s.unsure)) for s in scores for _, where in s.truth)
+    unsure = [thing.where in {where for _, where in s.truth} for s in scores for thing in s.unsure]
     masses = sorted(score.mass_off for score in scores if score.mass_off is not None)
     seconds = sorted(score.seconds for score in scores)
     rows: list[list[Cell]] = [
         ["right place", f"{sum(s.places for s in scores)} of {effects}", 0.95],
+        ["... names that are not sure included", f"{told} of {effects}", None],
+        ["names that are not sure, where nothing is concealed", f"{unsure.count(False)} of {len(unsure)}", None],
         ["right family or deeper", f"{sum(s.families for s in scores)} of {effects}", 0.92],
         ["law called certain is right", f"{sum(s.laws for s in scores)} of {called}", 0.80],
         ["names false at the depth called certain", f"{len(false)} of {named}", 0.01],
