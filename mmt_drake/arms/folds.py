@@ -98,7 +98,8 @@ class Folds:
         if shared is None:
             return gram, rhs, np.empty((0, len(rhs))), np.empty(0)
         free = self._shared
-        factor = linalg.cho_factor(gram[np.ix_(free, free)] + shared.held)
+        own = gram[np.ix_(free, free)] + shared.held
+        factor = linalg.cho_factor(own + HELD * np.diag(np.maximum(np.diag(own), 1e-12 * np.diag(own).max())))
         across, at = linalg.cho_solve(factor, gram[free]), linalg.cho_solve(factor, rhs[free])
         return gram - gram[:, free] @ across, rhs - gram[:, free] @ at, across, at
 

@@ -80,3 +80,13 @@ def test_without_shared_numbers_a_joint_is_searched_by_itself(tmp_path: Path) ->
     assert alone.fit.known_without(1) is None
     assert search_beside(alone, 1).fit(alone.sets[1].terms).fit.cost == alone.sets[1].fit.cost
     np.testing.assert_array_less(0.0, by_what_is_left(alone))
+
+
+def test_a_joint_that_tells_few_of_the_shared_numbers_is_searched_although_no_other_joint_tells_them(
+    tmp_path: Path,
+) -> None:
+    problem = problem_of(tmp_path)
+    payload = next(t for t in problem.rows[0].terms if t.key == ("payload", "post"))  # which only turns
+    alone = searched(problem, Belief("payload", (payload,)), np.ones(3))
+    found = search_beside(alone, 0).fit(alone.sets[0].terms).fit
+    assert np.isfinite(found.cost) and np.all(np.isfinite(found.x))
