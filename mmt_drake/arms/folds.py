@@ -79,7 +79,7 @@ class Folds:
         held = [tuple(a[part].sum(axis=0) for a in sums) for part in parts]
         total = gram[used].sum(axis=0), rhs[used].sum(axis=0)
         trained = [(total[0] - g, total[1] - c) for g, c, _, _ in held]
-        self._shared = [] if shared is None else list(shared.columns)
+        self._free = [] if shared is None else list(shared.columns)
         self._middle = np.empty(0) if shared is None else shared.middle
         reduced = [self._without_shared(g, c, shared) for g, c in [*trained, total]]
         self._gram, self._rhs, self._across, self._at = (np.stack(one) for one in zip(*reduced, strict=True))
@@ -97,7 +97,7 @@ class Folds:
         """The sums once the shared numbers are eliminated, and what gives these back."""
         if shared is None:
             return gram, rhs, np.empty((0, len(rhs))), np.empty(0)
-        free = self._shared
+        free = self._free
         own = gram[np.ix_(free, free)] + shared.held
         factor = linalg.cho_factor(own + HELD * np.diag(np.maximum(np.diag(own), 1e-12 * np.diag(own).max())))
         across, at = linalg.cho_solve(factor, gram[free]), linalg.cho_solve(factor, rhs[free])
@@ -105,7 +105,7 @@ class Folds:
 
     def _form(self, gram: Array, rhs: Array, energy: Array, across: Array, at: Array) -> tuple[Array, Array, Array]:
         """Squared error of a fold as a form in the terms' numbers: quadratic, linear and constant part."""
-        free = self._shared
+        free = self._free
         own = gram[np.ix_(free, free)]
         between = gram[free] - own @ across
         square = gram - across.T @ gram[free] - between.T @ across

@@ -122,8 +122,7 @@ class SharedFit:
 
     def _solved(self, matrix: Array, right: Array) -> Array:
         whole = matrix + np.diag(self.prior)
-        size = _sizes(whole)
-        scaled = whole / np.outer(size, size) + HELD * np.eye(len(size))
+        scaled, size = _scaled(whole)
         solved: Array = linalg.solve(scaled, right / size, assume_a="pos") / size if len(size) else right
         return solved
 
@@ -160,9 +159,8 @@ class SharedFit:
         if not shared:
             return None
         matrix, right = self.sums(self.problem.inner, without=joint)
-        matrix += np.diag(self.prior)
-        size = _sizes(matrix)
-        matrix, right = matrix / np.outer(size, size) + HELD * np.eye(len(size)), right / size
+        matrix, size = _scaled(matrix + np.diag(self.prior))
+        right = right / size
         # What the others' own effects may take away is eliminated.
         rest = [n for n in range(self.size) if n not in set(shared)]
         between = matrix[np.ix_(shared, rest)]
@@ -212,8 +210,11 @@ class SharedFit:
         return self._numbers[None]
 
 
-def _sizes(matrix: Array) -> Array:
-    """Units of numbers in which the diagonal of their normal equations is 1; of one that nothing tells, a large one."""
+def _scaled(matrix: Array) -> tuple[Array, Array]:
+    """Normal equations in units of each number in which their diagonal is 1, each number held a little; and the units.
+
+    A number that nothing tells has a large unit.
+    """
     diagonal = np.diag(matrix)
-    sizes: Array = np.sqrt(np.maximum(diagonal, 1e-12 * float(diagonal.max(initial=1e-12))))
-    return sizes
+    size = np.sqrt(np.maximum(diagonal, 1e-12 * float(diagonal.max(initial=1e-12))))
+    return matrix / np.outer(size, size) + HELD * np.eye(len(size)), size

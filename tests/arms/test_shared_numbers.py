@@ -7,6 +7,7 @@ import small_arm
 
 from mmt_drake.arms.beliefs import by_what_is_left, search_beside, searched, together
 from mmt_drake.arms.diagnosis import diagnose_arm
+from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.problem import ArmProblem, arm_problem
 from mmt_drake.arms.shared_fit import FREE_SAMPLES, Belief, SharedFit
@@ -24,32 +25,35 @@ def with_payload_and_gearing(folder: Path) -> np.ndarray:
     return torque
 
 
-def problem_of(folder: Path) -> ArmProblem:
+def log_of(folder: Path) -> JointLog:
     """The small arm so loaded and geared."""
     moves, _ = small_arm.rigid(4, folder)
+    return small_arm.noisy(moves, with_payload_and_gearing(folder), 4)
+
+
+def problem_of(folder: Path, link: str = "fore") -> tuple[ArmProblem, Belief]:
+    """What its log asks for, and the belief in a payload at a link."""
     model = small_arm.model(folder)
-    log = small_arm.noisy(moves, with_payload_and_gearing(folder), 4)
-    return arm_problem(ArmPlant.of(model), model, [log])
+    problem = arm_problem(ArmPlant.of(model), model, [log_of(folder)])
+    payload = next(t for t in problem.rows[0].terms if t.key == ("payload", link))
+    return problem, Belief("payload", (payload,))
 
 
 def test_a_payload_and_a_coupling_of_two_joints_are_both_named(tmp_path: Path) -> None:
     # By itself the joint takes its coupling for a heavier payload, which no other joint bears out.
-    moves, _ = small_arm.rigid(4, tmp_path)
-    log = small_arm.noisy(moves, with_payload_and_gearing(tmp_path), 4)
-    found = diagnose_arm([log], small_arm.model(tmp_path))
+    found = diagnose_arm([log_of(tmp_path)], small_arm.model(tmp_path))
     assert small_arm.named(found) == {("payload", "fore"), ("joint_coupling", "lift")}
     np.testing.assert_allclose(small_arm.values(found, "payload", "fore")["m"], MASS, rtol=0.03)
     np.testing.assert_allclose(small_arm.values(found, "joint_coupling", "lift")["gain"], GEARED, atol=0.01)
 
 
 def test_what_other_joints_say_of_a_payload_is_the_fit_of_these_alone(tmp_path: Path) -> None:
-    problem = problem_of(tmp_path)
-    payload = next(t for t in problem.rows[0].terms if t.key == ("payload", "fore"))
+    problem, belief = problem_of(tmp_path)
     weights = np.array([2.0, 3.0, 5.0])
-    fit = SharedFit(problem, Belief("payload", (payload,)), {0: (), 1: (), 2: ()}, weights)
+    fit = SharedFit(problem, belief, {0: (), 1: (), 2: ()}, weights)
     known = fit.known_without(1)
     assert known is not None
-    columns = list(payload.columns)
+    columns = list(belief.held[0].columns)
     rows = [
         np.sqrt(weights[j]) * np.column_stack([row.columns[taken][:, columns], row.target[taken]])
         for j in (0, 2)
@@ -65,9 +69,8 @@ def test_what_other_joints_say_of_a_payload_is_the_fit_of_these_alone(tmp_path: 
 
 
 def test_searching_joints_together_never_leaves_more(tmp_path: Path) -> None:
-    problem = problem_of(tmp_path)
-    payload = next(t for t in problem.rows[0].terms if t.key == ("payload", "fore"))
-    alone = searched(problem, Belief("payload", (payload,)), np.ones(3))
+    problem, belief = problem_of(tmp_path)
+    alone = searched(problem, belief, np.ones(3))
     both = together(alone)
     assert both.cost < alone.cost
     assert {"joint_coupling"} == both.sets[1].names
@@ -75,7 +78,7 @@ def test_searching_joints_together_never_leaves_more(tmp_path: Path) -> None:
 
 
 def test_without_shared_numbers_a_joint_is_searched_by_itself(tmp_path: Path) -> None:
-    problem = problem_of(tmp_path)
+    problem, _ = problem_of(tmp_path)
     alone = searched(problem, Belief("none"), np.ones(3))
     assert alone.fit.known_without(1) is None
     assert search_beside(alone, 1).fit(alone.sets[1].terms).fit.cost == alone.sets[1].fit.cost
@@ -85,8 +88,7 @@ def test_without_shared_numbers_a_joint_is_searched_by_itself(tmp_path: Path) ->
 def test_a_joint_that_tells_few_of_the_shared_numbers_is_searched_although_no_other_joint_tells_them(
     tmp_path: Path,
 ) -> None:
-    problem = problem_of(tmp_path)
-    payload = next(t for t in problem.rows[0].terms if t.key == ("payload", "post"))  # which only turns
-    alone = searched(problem, Belief("payload", (payload,)), np.ones(3))
+    problem, belief = problem_of(tmp_path, "post")  # which only turns
+    alone = searched(problem, belief, np.ones(3))
     found = search_beside(alone, 0).fit(alone.sets[0].terms).fit
     assert np.isfinite(found.cost) and np.all(np.isfinite(found.x))
