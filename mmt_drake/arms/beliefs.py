@@ -121,6 +121,19 @@ def together(found: Believed) -> Believed:
     return replace(now, fit=replace(now.fit, weights=by_what_is_left(now)))
 
 
+def again(found: Believed, problem: ArmProblem, watch: Watch) -> Believed:
+    """The same belief about another problem, its joints searched once more if there is time.
+
+    Args:
+        found: what was found.
+        problem: of the same logs.
+        watch: the clock.
+    """
+    if watch.is_late():
+        return replace(found, fit=replace(found.fit, problem=problem))
+    return together(searched(problem, found.fit.belief, found.fit.weights))
+
+
 def _with_together(every: Sequence[Believed], some: Sequence[Believed]) -> list[Believed]:
     """All of these, in their order; joints of some of them searched together."""
     return [together(one) if any(one is likely for likely in some) else one for one in every]

@@ -28,7 +28,8 @@ class PreparedLog:
         log: what was recorded.
         motion: smooth.
         asked: torque for one unit of each inertial number.
-        rigid: (n, joints) torque that moves the links as believed [N m].
+        carried: (links, 10) inertial numbers of the links with what they carry.
+        rigid: (n, joints) torque that moves the links with these, under gravity as believed [N m].
         believed: (n, joints) the same with the model's effects.
         softened: (n, joints, joints) what one unit of compliance of each joint, the last index, adds to the torque.
     """
@@ -36,6 +37,7 @@ class PreparedLog:
     log: JointLog
     motion: ArmMotion
     asked: Regressor
+    carried: Array
     rigid: Array
     believed: Array
     softened: Array
@@ -46,7 +48,7 @@ class PreparedLog:
         q, v, a = motion.q[:, j], motion.v[:, j], motion.a[:, j]
         return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk)
 
-    def columns(self, arm: ArmPlant, effect: str, where: str, shape: Shape, j: int, nominal: Array) -> Array | None:
+    def columns(self, arm: ArmPlant, effect: str, where: str, shape: Shape, j: int) -> Array | None:
         """Torque of joint j for one unit of each number of an effect (n, k); None where it has no part there."""
         law = ARM_EFFECTS[effect]
         if law.place == "joint" and law.reaches_all:
@@ -58,7 +60,19 @@ class PreparedLog:
         if law.place == "link":
             k = arm.links.index(where)
             return self.asked.inertial[:, j, 10 * k : 10 * k + 10]
-        return np.einsum("npk,p->nk", self.asked.tilted[:, j], nominal.ravel())
+        return np.einsum("npk,p->nk", self.asked.tilted[:, j], self.carried.ravel())
+
+    def moving(self, arm: ArmPlant, model: ArmModel) -> PreparedLog:
+        """The same log, with the links, what they carry and the gravity of another model under its other effects.
+
+        Gains, friction that grows with the load, and springs act on the torque that moves those.
+
+        Args:
+            arm: of the model.
+            model: whose links move.
+        """
+        carried, rigid = _moved(arm, model, self.asked)
+        return replace(self, carried=carried, rigid=rigid, softened=softened(arm, carried, self.motion, rigid))
 
 
 def inertias(arm: ArmPlant, model: ArmModel) -> Array:
@@ -105,6 +119,29 @@ def coefficients(arm: ArmPlant, effect: JointEffect) -> tuple[Array, Shape]:
     return ARM_EFFECTS[effect.name].coefficients(numbers)
 
 
+def of_the_plant(effect: str) -> bool:
+    """Whether an effect belongs to what moves: a payload, the direction of gravity."""
+    law = ARM_EFFECTS[effect]
+    return law.of_plant and law.place != "joint"
+
+
+def _moved(arm: ArmPlant, model: ArmModel, asked: Regressor) -> tuple[Array, Array]:
+    """Inertial numbers of the links with what they carry (links, 10), and the torque that moves them (n, joints)."""
+    carried = inertias(arm, model)
+    tilt = np.zeros(2)
+    for effect in model.effects:
+        if of_the_plant(effect.name):
+            x, _ = coefficients(arm, effect)
+            if ARM_EFFECTS[effect.name].place == "link":
+                carried[arm.links.index(effect.where)] += x
+            else:
+                tilt += x
+    rigid = asked.inertial @ carried.ravel()
+    if tilt.any():
+        rigid = rigid + np.einsum("njpk,p,k->nj", asked.tilted, carried.ravel(), tilt)
+    return carried, rigid
+
+
 def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:
     """A log, held against a model.
 
@@ -115,14 +152,15 @@ def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:
     """
     motion = ArmMotion.of(log, model.band_hz)
     asked = regressor(arm, motion.q, motion.v, motion.a)
-    numbers = inertias(arm, model)
-    rigid = asked.inertial @ numbers.ravel()
-    bare = PreparedLog(log, motion, asked, rigid, rigid, softened(arm, numbers, motion, rigid))
+    carried, rigid = _moved(arm, model, asked)
+    bare = PreparedLog(log, motion, asked, carried, rigid, rigid, softened(arm, carried, motion, rigid))
     believed = rigid.copy()
     for effect in model.effects:
+        if of_the_plant(effect.name):
+            continue
         x, shape = coefficients(arm, effect)
         for j in range(len(arm.joints)):
-            columns = bare.columns(arm, effect.name, effect.where, shape, j, numbers)
+            columns = bare.columns(arm, effect.name, effect.where, shape, j)
             if columns is not None:
                 believed[:, j] += columns @ x
     return replace(bare, believed=believed)

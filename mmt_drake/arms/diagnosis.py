@@ -12,8 +12,8 @@ from threadpoolctl import threadpool_limits
 
 from mmt_drake.arms.arm_file import INERTIA, INERTIA_UNITS, ArmModel, JointEffect
 from mmt_drake.arms.base_parameters import BaseStructure
-from mmt_drake.arms.beliefs import AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, Believed, settled
-from mmt_drake.arms.believed import check_places, prepared
+from mmt_drake.arms.beliefs import AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, Believed, again, settled
+from mmt_drake.arms.believed import check_places, of_the_plant, prepared
 from mmt_drake.arms.conclusion import notes_of, verdict_of, whole_budget, with_look_alikes
 from mmt_drake.arms.consistency import nearest_consistent
 from mmt_drake.arms.elasticity import Deflection, deflections
@@ -92,6 +92,12 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
     noise = np.mean([_noise(log, model.band_hz) for log in logs], axis=0)
     with watch.within(SEARCHING):
         found, tried = settled(problem, watch, noise)
+        if found.fit.numbers_of_links or any(of_the_plant(t.effect) for t, _ in found.fit.numbers_held):
+            # What acts on the torque that moves the links is read on the links as they were found.
+            links, whole = _consistent(found.fit, found.fit.fitted(problem.inner), problem.inner)
+            moving = model.with_found(_merged(arm, model, found.fit, whole), links)
+            problem = arm_problem(arm, model, logs, moving)
+            found = again(found, problem, watch)
     found = without_idle_numbers(found)
     every = list(range(len(problem.starts)))
     watch.begin(_CONSISTENT)
@@ -254,7 +260,8 @@ def _springs(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> list[t
     Args:
         model: with what was found.
     """
-    own = [e for e in model.effects if ARM_EFFECTS[e.name].block == "friction" or e.name == "rotor_inertia"]
+    drive = [e for e in model.effects if ARM_EFFECTS[e.name].block == "friction" or e.name == "rotor_inertia"]
+    own = [*drive, *(e for e in model.effects if of_the_plant(e.name))]
     every = [prepared(arm, replace(model, effects=tuple(own)), log) for log in logs if log.link is not None]
     torques = [one.motion.torque - one.motion.filtered(one.believed - one.rigid) for one in every]
     law, found = ARM_EFFECTS["joint_elasticity"], []

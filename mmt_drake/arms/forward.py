@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.trajectories import PiecewisePolynomial
 
 from mmt_drake.arms.arm_file import ArmModel
-from mmt_drake.arms.believed import prepared
+from mmt_drake.arms.believed import of_the_plant, prepared
 from mmt_drake.arms.deliver import arm_diagram, set_links
 from mmt_drake.arms.joint_effects import IN_THE_LOG
 from mmt_drake.arms.joint_log import JointLog
@@ -66,7 +66,8 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
     )  # taken off its torque
     torque = motion.torque
     if in_log:
-        one = prepared(arm, replace(model, effects=tuple(in_log)), log)
+        moved = [e for e in model.effects if of_the_plant(e.name)]
+        one = prepared(arm, replace(model, effects=(*moved, *in_log)), log)
         torque = torque - motion.filtered(one.believed - one.rigid)
     usable = [start for start, end in spans if end - start >= WINDOW_S and end <= motion.time[-1]]
     chosen = usable[:: max(1, -(-len(usable) // _MOST))]

@@ -167,13 +167,16 @@ def expected_sizes(nominal: Array) -> Array:
     return np.array(scales)
 
 
-def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> ArmProblem:
+def arm_problem(
+    arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog], moving: ArmModel | None = None
+) -> ArmProblem:
     """The problem of explaining logs.
 
     Args:
         arm: of the model.
         model: what is believed.
         logs: of that arm.
+        moving: whose links, payloads and gravity move under the effects that are sought; those believed unless given.
 
     Raises:
         BadInput: a log is too short, or nothing moves.
@@ -184,14 +187,16 @@ def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> Arm
         seconds = sum(log.duration for log in logs)
         found, expected = f"{seconds:.3g} s", f"{_FEWEST * _SHORTEST_S + 1:g} s or more, of one log or of several"
         raise BadInput(logs[0].source, found=f"{found} ({count} blocks)", expected=expected)
-    moving = tuple(j for j in range(len(arm.joints)) if any(np.ptp(one.motion.q[:, j]) > STILL for one in every))
-    if not moving:
+    moves = tuple(j for j in range(len(arm.joints)) if any(np.ptp(one.motion.q[:, j]) > STILL for one in every))
+    if not moves:
         raise BadInput(logs[0].source, found="no joint that moves", expected=f"a way of {STILL:g} rad or more")
     numbers = inertias(arm, model)
-    delay = likely_delay(every, moving)
-    rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moving, delay) for j in range(len(arm.joints)))
+    delay = likely_delay(every, moves)
+    if moving is not None:
+        every = [one.moving(arm, moving) for one in every]
+    rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moves, delay) for j in range(len(arm.joints)))
     starts = np.concatenate([np.column_stack([e[:-1], e[1:], np.full(len(e) - 1, i)]) for i, e in enumerate(edges)])
-    return ArmProblem(arm, numbers.ravel(), rows, starts, moving)
+    return ArmProblem(arm, numbers.ravel(), rows, starts, moves)
 
 
 def _edges(motion: ArmMotion) -> Array:
@@ -216,7 +221,7 @@ def _joint_rows(
         parts = [one.asked.inertial[:, j]]
         for term in terms:
             if term.columns[0] >= len(numbers) * 10:
-                columns = one.columns(arm, term.effect, term.where, term.shape, j, numbers)
+                columns = one.columns(arm, term.effect, term.where, term.shape, j)
                 assert columns is not None  # of a term of this joint
                 parts.append(columns)
         taken = one.motion.thinning
