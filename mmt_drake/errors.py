@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from typing import ParamSpec, TypeVar
@@ -55,6 +55,12 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, said: str, known: Mapping[str, object] | None = None) -> None:
         super().__init__(said)
         self.known = dict(known or {})
+
+
+def some(names: Iterable[str], most: int = 12) -> str:
+    """Names for a message, the first ones of many."""
+    every = list(names)
+    return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
 
 
 def printable(text: str) -> str:

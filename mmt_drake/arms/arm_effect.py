@@ -104,10 +104,26 @@ class ArmEffect:
             return self.from_file(values)
         return np.array([float(values[s]) for s in self._linear]), tuple(float(values[s]) for s in self.shape)
 
+    def at_bounds(self, x: Array, known: Array | float) -> Array:
+        """Linear numbers of an effect that the model has, (k,): those found a little below what they may be, at that.
+
+        Friction that the model has and the arm has not is found to be 0, more or less.
+
+        Args:
+            x: what was found on top.
+            known: what the model has; 0 where it has none.
+        """
+        whole, least = x + known, np.array(self.least)
+        near = (whole < least) & (whole >= least - _NEAR * np.abs(known))
+        settled: Array = np.where(near, least, whole)
+        return settled
+
     def allows(self, x: Array) -> bool:
         """Whether k linear numbers each may be, and go together."""
         return not any(x < self.least) and self.check(x)
 
 
+_NEAR = 0.1
+"""... by no more than this part of what the model has."""
 ANY = -math.inf
 """`ArmEffect.least` of a number of either sign."""

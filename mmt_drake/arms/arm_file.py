@@ -31,6 +31,7 @@ _KEYS = (
     "plant",
     "joints",
     "gravity",
+    "position",
     "torque",
     "held",
     "band_hz",
@@ -90,6 +91,8 @@ class ArmModel:
         column: of the log that tells the torque; empty: the first that is there.
         factor: torque [N m], or force [N] of a joint that slides, for one unit of that column, a number each joint;
             negative where the log counts it the other way; empty: 1.
+        position_factor: position [rad], or [m] of a joint that slides, for one unit of the log's, a number each joint;
+            empty: 1.
         held: what is welded to the hand.
         band_hz: motion and torque are compared below this frequency [Hz].
         controller: that drives the joints, one for all or one a joint, its gains in N m and rad; empty: none is known.
@@ -104,6 +107,7 @@ class ArmModel:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     column: str = ""
     factor: tuple[float, ...] = ()
+    position_factor: tuple[float, ...] = ()
     held: tuple[Held, ...] = ()
     band_hz: float = 8.0
     controller: tuple[Controller, ...] = ()
@@ -138,12 +142,9 @@ def load_arm_model(path: str | Path) -> ArmModel:
         raise BadInput(source, at="robot" if "robot" in data else "plant", found=f"{robot}, no file", expected="a file")
     torque = mapping(data.get("torque") or {}, source, "torque")
     known_keys(torque, ("column", "factor"), source, "torque")
+    position = mapping(data.get("position") or {}, source, "position")
+    known_keys(position, ("factor",), source, "position")
     joints = tuple(map(str, _list(data.get("joints") or [], source, "joints")))
-    factor = torque.get("factor", [])
-    every = factor if isinstance(factor, list) else [factor] * max(len(joints), 1)
-    factors = fill(tuple[float, ...], every, source, "torque.factor")
-    if 0.0 in factors:
-        raise BadInput(source, at="torque.factor", found="0", expected="torque for one unit of the column, not 0")
     return ArmModel(
         robot=robot,
         source=source,
@@ -151,7 +152,8 @@ def load_arm_model(path: str | Path) -> ArmModel:
         joints=joints,
         gravity=fill(tuple[float, float, float], data.get("gravity", [0.0, 0.0, -9.81]), source, "gravity"),
         column=str(torque.get("column", "")),
-        factor=factors,
+        factor=_factors(torque, joints, source, "torque.factor"),
+        position_factor=_factors(position, joints, source, "position.factor"),
         held=tuple(
             _held(one, source, f"held[{i}]") for i, one in enumerate(_list(data.get("held") or [], source, "held"))
         ),
@@ -178,6 +180,8 @@ def arm_model_data(model: ArmModel, beside: str | Path) -> dict[str, Any]:
     data["gravity"] = list(model.gravity)
     if model.column or model.factor:
         data["torque"] = {k: v for k, v in (("column", model.column), ("factor", list(model.factor))) if v}
+    if model.position_factor:
+        data["position"] = {"factor": list(model.position_factor)}
     if model.held:
         data["held"] = [{"link": h.link, "m": h.m, "c": list(h.c)} for h in model.held]
     data["band_hz"] = model.band_hz
@@ -200,6 +204,16 @@ def save_arm_model(model: ArmModel, path: str | Path) -> Path:
     with replacing(Path(path)) as partial:
         partial.write_text(text)
     return Path(path)
+
+
+def _factors(data: Mapping[str, Any], joints: Sequence[str], source: str, at: str) -> tuple[float, ...]:
+    """What one unit of a column of the log is worth, for each joint."""
+    factor = data.get("factor", [])
+    every = factor if isinstance(factor, list) else [factor] * max(len(joints), 1)
+    factors = fill(tuple[float, ...], every, source, at)
+    if 0.0 in factors:
+        raise BadInput(source, at=at, found="0", expected="what one unit of the column is worth, not 0")
+    return factors
 
 
 def _controllers(value: object, source: str) -> tuple[Controller, ...]:

@@ -175,15 +175,16 @@ def tightest(refits: Sequence[Believed]) -> Believed:
 
 
 def is_sensible(found: Believed) -> bool:
-    """Whether what the belief adds to the arm has numbers that it may have."""
+    """Whether what the belief adds to the arm has numbers that it may have: no arm carries more than it weighs."""
     fit, inner = found.fit, found.fit.problem.inner
     x = fit.fitted(inner)
     half = fit.deviations(x, inner)
     for term, at in fit.numbers_held:
         law = ARM_EFFECTS[term.effect]
-        if not law.allows(x[at]) or abs(x[at[0]]) <= half[at[0]]:
+        size = at[:1] if law.place == "link" else at  # a payload that has no mass is none
+        if not law.allows(x[at]) or all(abs(x[size]) <= half[size]):
             return False
-        if law.place == "link" and not fit.are_told(inner)[at[0]]:
+        if law.place == "link" and not (fit.are_told(inner)[at[0]] and x[at[0]] <= fit.problem.mass):
             return False
     return True
 

@@ -12,7 +12,7 @@ from mmt_drake.arms.arm_file import ArmModel, JointEffect
 from mmt_drake.arms.elasticity import softened
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.joint_motion import JointMotion
-from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.laws import ARM_EFFECTS, VISCOUS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.regressor import Regressor, regressor
@@ -47,6 +47,11 @@ class PreparedLog:
         motion, jerk = self.motion, self.motion.jerk[:, j]
         q, v, a = motion.q[:, j], motion.v[:, j], motion.a[:, j]
         return JointMotion(j, motion.step, q, v, a, self.rigid[:, j], motion.torque, jerk)
+
+    def counted(self, j: int) -> Flags:
+        """Samples that were recorded and at which joint j moves, (n,)."""
+        moves: Flags = np.abs(self.motion.v[:, j]) >= self.joint(j).rest
+        return moves & self.motion.recorded
 
     def columns(self, arm: ArmPlant, effect: str, where: str, shape: Shape, j: int) -> Array | None:
         """Torque of joint j for one unit of each number of an effect (n, k); None where it has no part there."""
@@ -119,26 +124,45 @@ def coefficients(arm: ArmPlant, effect: JointEffect) -> tuple[Array, Shape]:
     return ARM_EFFECTS[effect.name].coefficients(numbers)
 
 
+def with_damping(arm: ArmPlant, model: ArmModel) -> ArmModel:
+    """The model with the damping of the robot's file as viscous friction, where it says nothing of that itself.
+
+    Args:
+        arm: of the model.
+        model: of an arm.
+    """
+    told = {effect.where for effect in model.effects if effect.name in VISCOUS}
+    damped = [(joint, b) for joint, b in zip(arm.joints, arm.damping, strict=True) if b and joint not in told]
+    added = [JointEffect("viscous_friction", joint, {"b": float(b)}) for joint, b in damped]
+    return replace(model, effects=(*model.effects, *added)) if added else model
+
+
 def of_the_plant(effect: str) -> bool:
     """Whether an effect belongs to what moves: a payload, the direction of gravity."""
     law = ARM_EFFECTS[effect]
     return law.of_plant and law.place != "joint"
 
 
+def with_payloads(arm: ArmPlant, model: ArmModel) -> Array:
+    """Inertial numbers of the links with the payloads that a model has, (links, 10).
+
+    Raises:
+        BadInput: it has numbers of a link that no recorded joint moves.
+    """
+    carried = inertias(arm, model)
+    for effect in model.effects:
+        if ARM_EFFECTS[effect.name].place == "link":
+            carried[arm.links.index(effect.where)] += coefficients(arm, effect)[0]
+    return carried
+
+
 def _moved(arm: ArmPlant, model: ArmModel, asked: Regressor) -> tuple[Array, Array]:
     """Inertial numbers of the links with what they carry (links, 10), and the torque that moves them (n, joints)."""
-    carried = inertias(arm, model)
-    tilt = np.zeros(2)
-    for effect in model.effects:
-        if of_the_plant(effect.name):
-            x, _ = coefficients(arm, effect)
-            if ARM_EFFECTS[effect.name].place == "link":
-                carried[arm.links.index(effect.where)] += x
-            else:
-                tilt += x
+    carried = with_payloads(arm, model)
     rigid = asked.inertial @ carried.ravel()
-    if tilt.any():
-        rigid = rigid + np.einsum("njpk,p,k->nj", asked.tilted, carried.ravel(), tilt)
+    for effect in model.effects:
+        if effect.name == "gravity_offset":
+            rigid = rigid + np.einsum("njpk,p,k->nj", asked.tilted, carried.ravel(), coefficients(arm, effect)[0])
     return carried, rigid
 
 
@@ -150,6 +174,7 @@ def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:
         model: what is believed.
         log: of that arm.
     """
+    model = with_damping(arm, model)
     motion = ArmMotion.of(log, model.band_hz)
     asked = regressor(arm, motion.q, motion.v, motion.a)
     carried, rigid = _moved(arm, model, asked)
@@ -174,7 +199,8 @@ class Predicted:
         time: (n,) [s].
         measured, predicted: (n, joints) [N m].
         velocity: (n, joints) [rad/s].
-        counted: (n, joints) samples at which a joint moves; where it rests dry friction holds whatever it has to.
+        counted: (n, joints) samples that were recorded and at which a joint moves; where it rests dry friction holds
+            whatever it has to.
     """
 
     time: Array
@@ -199,7 +225,7 @@ def predicted(arm: ArmPlant, model: ArmModel, log: JointLog) -> Predicted:
     """The torque of a log as a model predicts it from the motion alone (inverse dynamics)."""
     one = prepared(arm, model, log)
     kept = one.motion.thinning
-    counted = np.stack([np.abs(one.motion.v[:, j]) >= one.joint(j).rest for j in range(len(arm.joints))], 1)
+    counted = np.stack([one.counted(j) for j in range(len(arm.joints))], 1)
     motion = one.motion
     smooth = motion.filtered(one.believed)
     return Predicted(motion.time[kept], motion.torque[kept], smooth[kept], motion.v[kept], counted[kept])

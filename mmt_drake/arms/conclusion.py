@@ -16,6 +16,8 @@ from mmt_drake.effects.wording import words
 
 EXPLAINED = 0.02
 """Of the mismatch may be nameless where it is said to be explained ..."""
+MOST_LEFT = 0.3
+"""... and no joint leaves more than this part of its torque's spread, however far the model was off ..."""
 PARTLY = 0.2
 """... and what has names takes at least this part of it, where it is said to be so in part."""
 UNTOLD = 0.1
@@ -66,7 +68,7 @@ def verdict_of(
     if shared > named and nameless <= UNTOLD:
         return "ambiguous"
     if any(effect.certain for effect in effects):
-        if nameless + shared <= EXPLAINED:
+        if nameless + shared <= EXPLAINED and max(joint.augmented for joint in moving) <= MOST_LEFT:
             return "missing_physics"
         left = named + shared + nameless
         return "partly_explained" if named >= PARTLY or named >= 0.5 * left else "unexplained"

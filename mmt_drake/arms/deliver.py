@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from mmt_drake.arms.arm_file import ArmModel, Held
-from mmt_drake.arms.believed import inertias
+from mmt_drake.arms.believed import inertias, with_damping, with_payloads
 from mmt_drake.arms.joint_effects import JointEffects
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.plant import ArmPlant, give_links, weld_held
@@ -21,9 +22,10 @@ from mmt_drake.recording.atomic import replacing
 
 
 def write_urdf(model: ArmModel, path: str | Path) -> Path:
-    """The robot's URDF with the inertial numbers of a model.
+    """The robot's URDF with the inertial numbers of a model, its payloads among them.
 
-    A link's numbers hold what hangs on it rigidly as well: it has them alone, and what hangs on it has no mass.
+    A link's numbers hold what hangs on it rigidly as well: it has them alone, and what hangs on it has no mass. Files
+    that it names as seen from its own folder, such as meshes, are named as seen from that of the new one.
 
     Args:
         model: of a robot whose file is a URDF.
@@ -37,11 +39,18 @@ def write_urdf(model: ArmModel, path: str | Path) -> Path:
     tree = ET.parse(model.robot)
     links = {link.get("name"): link for link in tree.getroot().iter("link")}
     arm = ArmPlant.of(replace(model, held=()))
-    for name, numbers in model.links.items():
+    payloads = {effect.where for effect in model.effects if ARM_EFFECTS[effect.name].place == "link"}
+    numbers_of = dict(zip(arm.links, with_payloads(arm, replace(model, held=())), strict=True))
+    for name in dict.fromkeys((*model.links, *(link for link in arm.links if link in payloads))):
+        numbers = numbers_of[name]
         for hung in arm.hung_on(name):
             if (inertial := links[hung].find("inertial")) is not None:
                 links[hung].remove(inertial)
         _set_inertial(links[name], np.asarray(numbers))
+    for named in tree.getroot().iter():
+        file = named.get("filename", "")
+        if file and "://" not in file and not Path(file).is_absolute():
+            named.set("filename", os.path.relpath(model.robot.parent / file, Path(path).parent))
     with replacing(Path(path)) as partial:
         tree.write(partial, encoding="utf-8", xml_declaration=True)
     return Path(path)
@@ -82,6 +91,9 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
     """
     builder = DiagramBuilder()
     arm = ArmPlant.of(model, finalize=False)
+    model = with_damping(arm, model)  # which its effects have then, and its plant has not
+    for joint in [] if arm.plant.is_finalized() else [arm.plant.GetJointByName(name) for name in arm.joints]:
+        joint.set_default_damping_vector(np.zeros(1))
     plant = builder.AddNamedSystem("plant", arm.plant)
     weld_held(plant, _payloads(model), model.source, "payload")
     gravity = plant.mutable_gravity_field()

@@ -13,19 +13,19 @@ from threadpoolctl import threadpool_limits
 from mmt_drake.arms.arm_file import INERTIA, INERTIA_UNITS, ArmModel, JointEffect
 from mmt_drake.arms.base_parameters import BaseStructure
 from mmt_drake.arms.beliefs import AS_THE_FILE_SAYS, OTHER_LINKS, WHOLE_ARM, Believed, again, settled
-from mmt_drake.arms.believed import check_places, of_the_plant, prepared
+from mmt_drake.arms.believed import check_places, of_the_plant, prepared, with_damping
 from mmt_drake.arms.conclusion import notes_of, verdict_of, whole_budget, with_look_alikes
 from mmt_drake.arms.consistency import nearest_consistent
 from mmt_drake.arms.elasticity import Deflection, deflections
 from mmt_drake.arms.forward import forward
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.laws import ARM_EFFECTS
-from mmt_drake.arms.motion import ArmMotion
+from mmt_drake.arms.motion import ArmMotion, gaps
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.problem import Term, arm_problem
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Number
 from mmt_drake.arms.shared_fit import SharedFit
-from mmt_drake.arms.signs import check_signs
+from mmt_drake.arms.signs import check_signs, check_units
 from mmt_drake.arms.verdict import (
     LEAVES,
     Certainty,
@@ -86,6 +86,9 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
     begun = time.perf_counter()
     arm = ArmPlant.of(model)
     check_places(arm, model)
+    model = with_damping(arm, model)
+    for log in logs:
+        check_units(arm, log)
     watch.begin(_MOTION)
     problem = arm_problem(arm, model, logs)
     check_signs(problem, logs[0].source)
@@ -145,7 +148,7 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
         round(time.perf_counter() - begun, 2),
         ahead,
         found.fit.belief.name,
-        (*notes_of(found, problem, effects), *_encoders(arm, springs)),
+        (*notes_of(found, problem, effects), *_encoders(arm, springs), *_gaps(logs, model.band_hz)),
         base,
         watch.missed,
     )
@@ -227,8 +230,7 @@ def _effects(
             if term.key in known:
                 continue  # a value of the model that is another: it is told with the parameters
             share = next((part.share for part in joints[j].budget if part.part == term.effect), 0.0)
-            instead = next(iter(sure.rivals.values()), ())
-            effects.append(_effect(arm, term, x[at], half[at], sure.depth, share, instead))
+            effects.append(_effect(arm, term, x[at], half[at], sure.depth, share, sure.instead))
     return tuple(sorted(effects, key=lambda e: e.certain is None))
 
 
@@ -296,6 +298,12 @@ def _encoders(arm: ArmPlant, springs: Sequence[tuple[Deflection, ArmEffectFound]
     return (f"Second encoders are read later than the drives': {said}.",)
 
 
+def _gaps(logs: Sequence[JointLog], band_hz: float) -> tuple[str, ...]:
+    """Where logs have no samples."""
+    lost = [(log, length) for log in logs if (length := float(gaps(log.time, band_hz)[:, 1].sum())) > 0.0]
+    return tuple(f"{log.source} lacks {length:.2g} s of its {log.duration:.3g} s: left out." for log, length in lost)
+
+
 def _merged(arm: ArmPlant, model: ArmModel, fit: SharedFit, x: Array) -> list[JointEffect]:
     """The model's effects with what was found of them on top, and those that are new."""
     found = [*fit.numbers_held, *(pair for j in fit.sets for pair in fit.numbers_of(j))]
@@ -305,8 +313,8 @@ def _merged(arm: ArmPlant, model: ArmModel, fit: SharedFit, x: Array) -> list[Jo
         key = (effect.name, effect.where)
         if key in fresh and ARM_EFFECTS[effect.name].place != "link":
             term, step = fresh.pop(key)
-            before = fit.problem.known(key)
-            merged.append(_written(arm, term, step + before))
+            numbers = ARM_EFFECTS[effect.name].at_bounds(step, fit.problem.known(key))
+            merged.append(_written(arm, term, numbers))
         else:
             merged.append(effect)
     return [*merged, *(_written(arm, term, step) for term, step in fresh.values())]

@@ -89,6 +89,7 @@ class Folds:
         ]
         self._square, self._line, self._rest = (np.stack(one) for one in zip(*forms, strict=True))
         self._samples = np.array([n for _, _, _, n in held])
+        self._whole = gram[used].sum(axis=0) / max(float(samples[used].sum()), 1.0)
         self._known: dict[tuple[int, ...], FoldFit] = {}
 
     def _without_shared(
@@ -111,6 +112,10 @@ class Folds:
         square = gram - across.T @ gram[free] - between.T @ across
         line = 2.0 * (across.T @ rhs[free] - rhs + between.T @ at)
         return square, line, energy - 2.0 * at @ rhs[free] + at @ own @ at
+
+    def mean_square(self, columns: Sequence[int], x: Array) -> float:
+        """Of the torque that some columns make with numbers x, over the blocks that choose [(N m)^2]."""
+        return float(x @ self._whole[np.ix_(columns, columns)] @ x)
 
     def fit(self, columns: Sequence[int]) -> FoldFit:
         """The fit of a set of columns."""

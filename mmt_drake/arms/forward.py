@@ -69,7 +69,9 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
         moved = [e for e in model.effects if of_the_plant(e.name)]
         one = prepared(arm, replace(model, effects=(*moved, *in_log)), log)
         torque = torque - motion.filtered(one.believed - one.rigid)
-    usable = [start for start, end in spans if end - start >= WINDOW_S and end <= motion.time[-1]]
+    usable = [
+        start for start, end in spans if end - start >= WINDOW_S and end <= motion.time[-1] and _is_whole(motion, start)
+    ]
     chosen = usable[:: max(1, -(-len(usable) // _MOST))]
     diagram, plant = arm_diagram(model)
     squares, ways, count = np.zeros(len(arm.joints)), np.zeros(len(arm.joints)), 0
@@ -84,6 +86,12 @@ def forward(model: ArmModel, log: JointLog, spans: Sequence[tuple[float, float]]
         count += 1
     n = max(count, 1)
     return ForwardErrors(np.sqrt(squares / n), np.sqrt(ways / n), count, bool(model.controller))
+
+
+def _is_whole(motion: ArmMotion, start: float) -> bool:
+    """Whether a window has no gap."""
+    first = int(np.searchsorted(motion.time, start))
+    return bool(motion.recorded[first : first + int(WINDOW_S / motion.step) + 1].all())
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from mmt_drake.arms.arm_file import ArmModel
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, some
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.column_map import Taken
 from mmt_drake.recording.csv_file import read_table
@@ -59,7 +59,7 @@ def load_joint_log(path: str | Path, model: ArmModel, joints: Sequence[str]) -> 
 
     Args:
         path: of the file. Arrays of NPZ have a column for each joint; in CSV their names end with the joint's number,
-            as in `q_0`, `q[0]` or `actual_q_0`.
+            as in `q_0`, `q[0]` or `actual_q_0`, or with its name, as in `q_elbow`.
         model: which column is the torque, and what its unit is worth.
         joints: names of those that are to be read, in the order of the log's columns; of a `JointState` by name.
 
@@ -78,23 +78,24 @@ def load_joint_log(path: str | Path, model: ArmModel, joints: Sequence[str]) -> 
     if path.suffix == ".npz":
         arrays = {name: array.astype(np.float64, copy=False) for name, array in arrays_of(path, texts=True).items()}
     elif path.suffix == ".csv":
-        arrays = _csv(path, (*TIMES, *POSITIONS, *LINKS, *names))
+        arrays = _csv(path, (*TIMES, *POSITIONS, *LINKS, *names), joints)
     else:
         arrays = _joint_states(path, joints)
     time = _named(arrays, TIMES, path, "time").reshape(-1)
-    q = _wide(_named(arrays, POSITIONS, path, "position"), joints, path)
+    q = _wide(_named(arrays, POSITIONS, path, "position"), joints, path, "position")
     column = next((name for name in names if name in arrays), "")
-    torque = _wide(_named(arrays, names, path, "torque"), joints, path)
-    if model.factor and len(model.factor) not in (1, len(joints)):
-        found = f"{len(model.factor)} numbers"
-        raise BadInput(
-            model.source, at="torque.factor", found=found, expected=f"1, or {len(joints)}: one for each joint"
-        )
-    link = next((_wide(arrays[name], joints, path) for name in LINKS if name in arrays), None)
-    return _checked(JointLog(str(path), time, q, torque * (model.factor or (1.0,)), column, link), path)
+    torque = _wide(_named(arrays, names, path, "torque"), joints, path, "torque")
+    for at, factor in (("torque", model.factor), ("position", model.position_factor)):
+        if factor and len(factor) not in (1, len(joints)):
+            expected = f"1, or {len(joints)}: one for each joint"
+            raise BadInput(model.source, at=f"{at}.factor", found=f"{len(factor)} numbers", expected=expected)
+    link = next((_wide(arrays[name], joints, path, name) for name in LINKS if name in arrays), None)
+    turned, worth = (np.array(factor or (1.0,)) for factor in (model.position_factor, model.factor))
+    log = JointLog(str(path), time, q * turned, torque * worth, column, None if link is None else link * turned)
+    return _checked(log, path, joints)
 
 
-def _checked(log: JointLog, path: Path) -> JointLog:
+def _checked(log: JointLog, path: Path, joints: Sequence[str]) -> JointLog:
     if log.link is not None and len(log.link) != len(log.time):
         raise BadInput(
             path, at="link", found=f"{len(log.link)} positions", expected=f"{len(log.time)}, one for each time"
@@ -106,14 +107,17 @@ def _checked(log: JointLog, path: Path) -> JointLog:
         raise BadInput(path, found=f"{len(log.time)} samples", expected=f"{_LEAST_SAMPLES} at least")
     link = log.time if log.link is None else log.link
     for name, values in (("time", log.time), ("position", log.q), ("torque", log.torque), ("link", link)):
-        bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+        bad = np.argwhere(~np.isfinite(values.reshape(len(values), -1)))
         if bad.size:
-            raise BadInput(path, at=f"{name}, row {bad[0]}", found="no number", expected="finite numbers")
+            row, column = bad[0]
+            of = "" if values.ndim == 1 else f" of {joints[column]}"
+            found = f"{values.reshape(len(values), -1)[row, column]:g}"
+            raise BadInput(path, at=f"{name}{of}, row {row + 1}", found=found, expected="finite numbers")
     still = np.flatnonzero(np.diff(log.time) <= 0.0)
     if still.size:
         row = int(still[0]) + 1
-        found = f"{log.time[row]:g} s after {log.time[row - 1]:g} s"
-        raise BadInput(path, at=f"time, row {row}", found=found, expected="times that increase")
+        found = f"{log.time[row]:.12g} s after {log.time[row - 1]:.12g} s"
+        raise BadInput(path, at=f"time, row {row + 1}", found=found, expected="times that increase")
     return log
 
 
@@ -121,28 +125,35 @@ def _named(arrays: Mapping[str, Array], names: Sequence[str], path: Path, what: 
     for name in names:
         if name in arrays:
             return arrays[name]
-    raise BadInput(path, at=what, found=f"columns {', '.join(arrays)}", expected=" or ".join(names))
+    raise BadInput(path, at=what, found=f"columns {some(arrays)}", expected=" or ".join(names))
 
 
-def _wide(values: Array, joints: Sequence[str], path: Path) -> Array:
+def _wide(values: Array, joints: Sequence[str], path: Path, what: str) -> Array:
     """Columns of an array, one for each joint, (n, joints)."""
     columns = values[:, None] if values.ndim == 1 else values
     if columns.ndim != 2 or columns.shape[1] != len(joints):
         found = f"{columns.shape[1] if columns.ndim == 2 else columns.ndim} columns"
         expected = f"{len(joints)}, one for each of {', '.join(joints)} (`joints:` of the model says which)"
-        raise BadInput(path, found=found, expected=expected)
+        raise BadInput(path, at=what, found=found, expected=expected)
     return np.ascontiguousarray(columns, dtype=np.float64)
 
 
-def _csv(path: Path, wanted: Sequence[str]) -> dict[str, Array]:
-    """Columns of a file with a header; those that differ in a number at the end are one array."""
+def _csv(path: Path, wanted: Sequence[str], joints: Sequence[str]) -> dict[str, Array]:
+    """Columns of a file with a header; those that differ in a number or a joint's name at the end are one array."""
     places: dict[str, dict[int, str]] = {}
 
     def taken(headers: tuple[str, ...]) -> list[Taken]:
+        named = {f"{stem}_{joint}": (stem, k) for stem in wanted for k, joint in enumerate(joints)}
         for header in headers:
             match = _INDEXED.match(header)
             stem, number = (match[1], int(match[2])) if match and match[1] else (header, -1)
+            stem, number = named.get(header, (stem, number))
             places.setdefault(stem, {})[number] = header
+        for stem in wanted:
+            _complete(path, stem, places.get(stem, {}), joints)
+        if not any(stem in places for stem in wanted):
+            expected = f"columns like t, q_0 ... and {wanted[-1]}_0 ..."
+            raise BadInput(path, at="header", found=some(headers), expected=expected)
         return [Taken(name, name) for stem in wanted for name in places.get(stem, {}).values()]
 
     _, columns, _ = read_table(path, taken)
@@ -151,7 +162,19 @@ def _csv(path: Path, wanted: Sequence[str]) -> dict[str, Array]:
         own = {number: as_array(columns[name]) for number, name in places.get(stem, {}).items()}
         if own:
             arrays[stem] = own[-1] if -1 in own else np.stack([own[k] for k in sorted(own)], 1)
-    return arrays or dict.fromkeys(places, np.empty(0))
+    return arrays
+
+
+def _complete(path: Path, stem: str, own: Mapping[int, str], joints: Sequence[str]) -> None:
+    """Refuse columns of some joints where others have none."""
+    numbers = sorted(number for number in own if number >= 0)
+    if len(numbers) > 1 or (numbers and len(joints) == 1):
+        first = min(numbers[0], 1)  # robots count from 0 or from 1
+        lacking = [f"{stem}_{number}" for number in range(first, first + len(joints)) if number not in numbers]
+        if lacking and len(numbers) < len(joints):
+            expected = f"one for each of {', '.join(joints)} (`joints:` of the model says which)"
+            found = f"{', '.join(own[number] for number in numbers)}, no {', '.join(lacking)}"
+            raise BadInput(path, at="header", found=found, expected=expected)
 
 
 def _joint_states(path: Path, joints: Sequence[str]) -> dict[str, Array]:

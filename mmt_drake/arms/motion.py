@@ -10,7 +10,7 @@ from scipy import signal
 
 from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.errors import BadInput
-from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.arrays import Array, Flags
 
 _OVERSAMPLING = 20.0
 """Samples of the even clock in a period of the band's edge."""
@@ -18,6 +18,8 @@ _FEWEST = 4.0
 """The same of a log, at least."""
 MARGIN_S = 0.3
 """At each end, where a filter has nothing to go by, nothing is compared."""
+_GAP_STEPS, _GAP_PERIODS = 3.0, 0.25
+"""A step of the clock that is longer than so many others, and than this part of a period of the band, is a gap."""
 _ORDER = 4
 """Of Butterworth's filter. `numeric.zero_phase.LowPass` reaches 0.5 s to each side, which is much of a log of 4 s."""
 
@@ -31,6 +33,7 @@ class ArmMotion:
         time: (n,) [s].
         q, v, a: (n, joints).
         torque: (n, joints).
+        recorded: (n,) samples that no gap of the log reaches.
         band_hz: edge of the band; torque and whatever it is compared with are filtered alike (`filtered`).
     """
 
@@ -40,6 +43,7 @@ class ArmMotion:
     v: Array
     a: Array
     torque: Array
+    recorded: Flags
     band_hz: float
 
     @classmethod
@@ -66,7 +70,11 @@ class ArmMotion:
         a = np.gradient(v, own, axis=0)
         every = max(1, int(1.0 / (own * _OVERSAMPLING * band_hz)))
         taken = slice(None, None, every)
-        return cls(own * every, time[taken], q[taken], v[taken], a[taken], torque[taken], band_hz)
+        recorded = np.ones(len(time), dtype=bool)
+        for begins, length in gaps(log.time, band_hz):
+            reach = 1.0 / band_hz  # of the filter
+            recorded &= (time < begins - reach) | (time > begins + length + reach)
+        return cls(own * every, time[taken], q[taken], v[taken], a[taken], torque[taken], recorded[taken], band_hz)
 
     @cached_property
     def jerk(self) -> Array:
@@ -82,6 +90,18 @@ class ArmMotion:
         """Samples that say all there is in the band, without the margins."""
         edge = int(MARGIN_S / self.step)
         return slice(edge, len(self.time) - edge, max(1, int(1.0 / (4.0 * self.band_hz * self.step))))
+
+
+def gaps(time: Array, band_hz: float) -> Array:
+    """Where a clock has a gap that a straight line does not bridge in the band: (gaps, 2), its begin and length [s].
+
+    Args:
+        time: (n,) of the samples [s].
+        band_hz: edge of the band.
+    """
+    step = np.diff(time)
+    wide = step > max(_GAP_STEPS * float(np.median(step)), _GAP_PERIODS / band_hz)
+    return np.stack([time[:-1][wide], step[wide]], 1)
 
 
 def _low_pass(values: Array, step: float, band_hz: float) -> Array:

@@ -88,6 +88,11 @@ class ArmPlant:
         low, high = np.array(limits, dtype=np.float64).T
         return low, high
 
+    @property
+    def damping(self) -> Array:
+        """Viscous friction of each recorded joint, as the robot's file says [N m s/rad] or [N s/m], (joints,)."""
+        return np.array([float(joint.default_damping_vector()[0]) for joint in self._joints])
+
     @cached_property
     def slides(self) -> tuple[bool, ...]:
         """Whether a joint slides, and has m and N in the place of rad and N m."""

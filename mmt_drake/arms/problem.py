@@ -28,6 +28,8 @@ _FAINT = 0.02
 _SHORTEST_S = 0.5
 _FEWEST = 12
 """Blocks of all logs together."""
+_WAVES = 5
+"""Half waves of a curve over the way of a joint that stands for anything smooth."""
 STILL = 2e-3
 """A joint whose way is shorter than this [rad] or [m] does not move."""
 
@@ -63,11 +65,12 @@ class JointRows:
         target: (n,) torque that the believed model does not explain [N m].
         measured: (n,) torque [N m].
         columns: (n, 10 links + terms) torque for one unit of each number.
-        counted: (n,) samples at which the joint moves.
+        counted: (n,) samples that were recorded and at which the joint moves.
         block: (n,) number of the block of each sample.
         blocks: how many there are.
         terms: of this joint.
         held: effect and place -> numbers that the model has of it: what is found comes on top.
+        curve: columns of a smooth curve over its way, which have no name.
     """
 
     joint: int
@@ -79,6 +82,7 @@ class JointRows:
     blocks: int
     terms: tuple[Term, ...]
     held: Mapping[tuple[str, str], Array] = field(default_factory=dict)
+    curve: tuple[int, ...] = ()
 
     @cached_property
     def sums(self) -> tuple[Array, Array, Array, Array]:
@@ -141,6 +145,11 @@ class ArmProblem:
     def outer(self) -> list[int]:
         """Blocks that report."""
         return [b for b in range(len(self.starts)) if b % OUTER_EVERY == OUTER_EVERY - 1]
+
+    @property
+    def mass(self) -> float:
+        """Of all its links [kg]."""
+        return float(self.nominal[::10].sum())
 
     def known(self, key: tuple[str, str]) -> Array:
         """Numbers that the model has of an effect at a place."""
@@ -217,6 +226,7 @@ def _joint_rows(
     likely = replace(fastest, ripples=ripples, delays=(delay,), geared=likely_geared(every, j))
     terms, held = _terms(arm, model, likely, j, moves)
     stacked, target, measured, counted, block, first = [], [], [], [], [], 0
+    low, high = min(own.q.min() for own in motions), max(own.q.max() for own in motions)
     for one, own in zip(every, motions, strict=True):
         parts = [one.asked.inertial[:, j]]
         for term in terms:
@@ -224,18 +234,26 @@ def _joint_rows(
                 columns = one.columns(arm, term.effect, term.where, term.shape, j)
                 assert columns is not None  # of a term of this joint
                 parts.append(columns)
+        parts.append(_curve(own.q, low, high))
         taken = one.motion.thinning
         whole = one.motion.filtered(np.concatenate([*parts, one.believed[:, [j]]], axis=1))[taken]
         stacked.append(whole[:, :-1])
         measured.append(one.motion.torque[taken, j])
         target.append(measured[-1] - whole[:, -1])
-        counted.append(np.abs(own.v[taken]) >= own.rest if moves else np.ones(len(whole), dtype=bool))
+        counted.append((one.counted(j) if moves else one.motion.recorded)[taken])
         edges = _edges(one.motion)
         number = np.searchsorted(edges, one.motion.time[taken], side="right") - 1
         block.append(first + np.clip(number, 0, len(edges) - 2))
         first += len(edges) - 1
     joined = [np.concatenate(part) for part in (target, measured, stacked, counted, block)]
-    return JointRows(j, joined[0], joined[1], joined[2], joined[3], joined[4], first, terms, held)
+    curve = tuple(range(joined[2].shape[1] - _WAVES, joined[2].shape[1]))
+    return JointRows(j, joined[0], joined[1], joined[2], joined[3], joined[4], first, terms, held, curve)
+
+
+def _curve(q: Array, low: float, high: float) -> Array:
+    """Half a wave over the way of a joint, two, ..., (n, _WAVES): with a constant they make any smooth curve."""
+    way = (q - low) / max(high - low, 1e-9)
+    return np.cos(np.pi * np.outer(way, np.arange(1, _WAVES + 1)))
 
 
 def _terms(

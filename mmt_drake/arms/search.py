@@ -104,19 +104,34 @@ class JointSearch:
     def __init__(self, rows: JointRows, folds: Folds, held: Sequence[Term] = ()) -> None:
         told = rows.told
         self._terms = [t for t in rows.terms if not ARM_EFFECTS[t.effect].reaches_all and all(told[list(t.columns)])]
-        self._known = rows.held
+        self._known, self._curve = rows.held, rows.curve
         self._folds, self._held, self._shared = folds, tuple(held), len(folds.fit(()).x)
 
     def fit(self, terms: Sequence[Term]) -> JointSet:
         """The set of these terms."""
         return JointSet(tuple(terms), self._folds.fit([c for t in (*self._held, *terms) for c in t.columns]))
 
+    def squares(self, found: JointSet) -> dict[Term, float]:
+        """Mean square of the torque of each term of a set by itself, over the inner blocks [(N m)^2]."""
+        at, squares = self._shared + sum(len(t.columns) for t in self._held), {}
+        for term in found.terms:
+            x = found.fit.x[at : at + len(term.columns)]
+            squares[term] = self._folds.mean_square(term.columns, x)
+            at += len(term.columns)
+        return squares
+
+    def with_curve(self, found: JointSet) -> FoldFit:
+        """The fit of a set beside any smooth curve over the way of the joint."""
+        terms = [c for t in (*self._held, *found.terms) for c in t.columns]
+        return self._folds.fit([*terms, *self._curve])
+
     def allowed(self, found: JointSet) -> bool:
         """Whether every number is one that its effect may have."""
         at = self._shared + sum(len(t.columns) for t in self._held)
         for term in found.terms:
             end = at + len(term.columns)
-            if not ARM_EFFECTS[term.effect].allows(found.fit.x[at:end] + self._known.get(term.key, 0.0)):
+            law = ARM_EFFECTS[term.effect]
+            if not law.allows(law.at_bounds(found.fit.x[at:end], self._known.get(term.key, 0.0))):
                 return False
             at = end
         return True

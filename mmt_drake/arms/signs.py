@@ -1,18 +1,48 @@
-"""Torques that are logged with the other sign: an input error, told before anything is fitted to it."""
+"""Logs in other units, and torques of the other sign: input errors, told before anything is fitted to them."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import nnls
 
+from mmt_drake.arms.joint_log import JointLog
+from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.problem import ArmProblem, JointRows
 from mmt_drake.errors import BadInput
 
+_TOO_FAR = 3.0
+"""A joint does not go so many times as far as its limits are apart."""
 _LESS = 0.25
 """Turned round, the motion explains the torque so much better, in squared error ..."""
 _MOST = 0.3
 """... and leaves less than this part of its variance."""
 _RESISTING = ("coulomb_friction", "viscous_friction", "rotor_inertia")
+
+
+def check_units(arm: ArmPlant, log: JointLog) -> None:
+    """Refuse positions that no joint of the arm can have, and torques that were not recorded.
+
+    Args:
+        arm: of the model.
+        log: of that arm.
+
+    Raises:
+        BadInput: a joint goes much farther than its limits allow, as positions in degrees do; or all torques stand still.
+    """
+    low, high = arm.position_limits
+    way = np.ptp(log.q, axis=0)
+    far = [j for j in range(len(arm.joints)) if not arm.slides[j] and way[j] > _TOO_FAR * (high[j] - low[j])]
+    if far:
+        j = far[0]
+        raise BadInput(
+            log.source,
+            at=f"position of {arm.joints[j]}",
+            found=f"a way of {way[j]:.4g} rad, from {log.q[:, j].min():.4g} to {log.q[:, j].max():.4g}",
+            expected=f"radians from {low[j]:.4g} to {high[j]:.4g}; of degrees `position: {{factor: 0.0174533}}` of the "
+            "model makes radians",
+        )
+    if not np.ptp(log.torque, axis=0).any():
+        raise BadInput(log.source, at=f"torque ({log.column})", found="the same throughout", expected="what drives give")
 
 
 def check_signs(problem: ArmProblem, source: str) -> None:

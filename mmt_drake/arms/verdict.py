@@ -13,7 +13,7 @@ from mmt_drake.arms.arm_effect import ArmEffect
 from mmt_drake.arms.beliefs import Believed, search_beside
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.problem import ArmProblem, Term
-from mmt_drake.arms.search import BY_CHANCE, JointSet, chance_better
+from mmt_drake.arms.search import BY_CHANCE, RARE, JointSet, chance_better
 from mmt_drake.arms.shared_fit import OTHER_NUMBERS, SharedFit
 from mmt_drake.diagnosis.decide.budget import NAMELESS, NOISE, PARAMETERS, SHARED, BudgetPart, shapley, subsets
 from mmt_drake.diagnosis.decide.delivered import CLEARLY
@@ -30,6 +30,13 @@ NEXT_TO_NOTHING = 0.003
 off by more than the torque, its masses guessed, makes no friction smaller."""
 WHOLE_NAMES = ("torque_ripple",)
 """Laws that are named as such or not at all: part of any shape over the way has the period of one."""
+OVER_THE_WAY = ("constant_force", "ground_spring")
+"""Laws that any curve over the way of a joint has a part of ..."""
+CURVED = 0.15
+"""... and that have no name if beside them such a curve takes more than this part of what they take."""
+LEANS = 2.0
+"""An effect whose own torque has more than so many times the squares of the mismatch leans on another one, of the
+other sign, and has no name."""
 _RIVALS = "what else it could be on"
 """... the joint: what there was no time to hold against its names."""
 _SPLIT_AT_MOST = 6
@@ -43,12 +50,12 @@ class Certainty:
     Attributes:
         term: that was found.
         depth: to which its name holds; None: others explain the joint as well without it.
-        rivals: names of those, by depth: the effects that stand in its place.
+        instead: the effects that stand in its place where others explain about as much without it.
     """
 
     term: Term
     depth: Depth | None
-    rivals: Mapping[Depth, tuple[str, ...]]
+    instead: tuple[str, ...]
 
 
 def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) -> list[Certainty]:
@@ -67,23 +74,34 @@ def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) ->
     _, _, energy, samples = row.sums
     nominal = float(energy[problem.inner].sum() / max(samples[problem.inner].sum(), 1.0))
     mismatch = min(nominal, row.spread(problem.inner) ** 2)
+    squares = search.squares(own)
+    curve = search.with_curve(own)
+    by_first_order = found.fit.belief.name == "joint_elasticity"
     for term in own.terms:
         law = ARM_EFFECTS[term.effect]
         depth: Depth | None = None
-        rivals: dict[Depth, tuple[str, ...]] = {}
+        instead: tuple[str, ...] = ()
         for at in _DEPTHS:
             if watch.is_late():
                 watch.miss([f"{_RIVALS} {problem.arm.joints[joint]}"])
                 break
             rival = search.best(_without(law, at))
             if not _ruled_out(rival, own, LEAVES[at]):
-                rivals[at] = tuple(sorted(rival.names - own.names))
+                if rival.fit.cost <= LEAVES["family"] * own.fit.cost:
+                    instead = tuple(sorted(rival.names - own.names))
                 break
             depth = at
         gone = search.fit([t for t in own.terms if t is not term]).fit.cost
-        if gone - own.fit.cost < NEXT_TO_NOTHING * mismatch or (depth != "law" and term.effect in WHOLE_NAMES):
+        took = gone - own.fit.cost
+        if took < NEXT_TO_NOTHING * mismatch or squares[term] > LEANS * mismatch:
             depth = None
-        told.append(Certainty(term, depth and beside_the_untried(depth, law, untried), rivals))
+        elif term.effect in WHOLE_NAMES and depth != "law":
+            depth = None
+        elif term.effect in OVER_THE_WAY and own.fit.cost - curve.cost > CURVED * took:
+            depth = None
+        elif by_first_order and term.effect in RARE:  # a spring is known to first order: what is left looks like them
+            depth = None
+        told.append(Certainty(term, depth and beside_the_untried(depth, law, untried), instead))
     return told
 
 
@@ -183,7 +201,8 @@ def forbidden(found: Believed, x: Array) -> tuple[int, Term] | None:
     for joint in found.fit.sets:
         known = found.fit.problem.rows[joint].held
         for term, at in found.fit.numbers_of(joint):
-            if not ARM_EFFECTS[term.effect].allows(x[at] + known.get(term.key, 0.0)):
+            law = ARM_EFFECTS[term.effect]
+            if not law.allows(law.at_bounds(x[at], known.get(term.key, 0.0))):
                 return joint, term
     return None
 
@@ -198,7 +217,7 @@ def without(found: Believed, joint: int, term: Term, instead: Term | None = None
 def _simpler(problem: ArmProblem, joint: int, term: Term, x: Array, half: Array) -> Term | None:
     """The term; the simpler one that it may as well be; or None where it may as well be nothing, or must not be."""
     law = ARM_EFFECTS[term.effect]
-    if all(abs(x) <= half) or any(x + problem.rows[joint].held.get(term.key, 0.0) < law.least):
+    if all(abs(x) <= half) or any(law.at_bounds(x, problem.rows[joint].held.get(term.key, 0.0)) < law.least):
         return None
     if len(x) == 2 and law.holds and abs(x[0] - x[1]) <= math.hypot(half[0], half[1]):
         return next(t for t in problem.rows[joint].terms if t.effect == law.holds[0])

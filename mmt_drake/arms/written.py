@@ -10,6 +10,7 @@ from mmt_drake.arms.arm_file import ArmModel, load_arm_model, save_arm_model
 from mmt_drake.arms.believed import predicted
 from mmt_drake.arms.deliver import write_urdf
 from mmt_drake.arms.joint_log import JointLog
+from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.arms.report import write_arm_report
 from mmt_drake.arms.result import ArmDiagnosis, as_json
@@ -43,7 +44,8 @@ def write_arm_diagnosis(
     found = save_arm_model(diagnosis.model, folder / MODEL_FILE)
     arm = ArmPlant.of(model)
     files = [found]
-    if model.robot.suffix == ".urdf":
+    moved = diagnosis.model.links or any(ARM_EFFECTS[e.name].place == "link" for e in diagnosis.model.effects)
+    if moved and model.robot.suffix == ".urdf":
         files.append(write_urdf(diagnosis.model, folder / ROBOT))
     before, after = predicted(arm, model, log), predicted(arm, load_arm_model(found), log)
     files.append(write_arm_report(diagnosis, before, after, folder / REPORT, provenance))

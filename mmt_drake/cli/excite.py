@@ -60,7 +60,7 @@ def main(arguments: argparse.Namespace) -> int:
     """Plan a motion."""
     from mmt_drake.arms.arm_file import load_arm_model  # so that help comes at once
     from mmt_drake.arms.base_parameters import BaseStructure
-    from mmt_drake.arms.believed import inertias
+    from mmt_drake.arms.believed import check_places, with_payloads
     from mmt_drake.arms.excitation import NOISE, Excitation, motion_told, period_of, write_course
     from mmt_drake.arms.joint_limits import JointLimits
     from mmt_drake.arms.joint_log import load_joint_log
@@ -85,7 +85,8 @@ def main(arguments: argparse.Namespace) -> int:
     if not arguments.rate >= (least := 4.0 * model.band_hz):
         raise BadInput("--rate", found=f"{arguments.rate:g} Hz", expected=f"{least:g} Hz or more, for the model's band")
     arm = ArmPlant.of(model)
-    structure = BaseStructure.of(arm, inertias(arm, model).ravel())
+    check_places(arm, model)
+    structure = BaseStructure.of(arm, with_payloads(arm, model).ravel())
     limits = JointLimits.of(arm, model, *wanted)
     log = (
         motion_told(structure, load_joint_log(arguments.log, model, arm.joints), model.band_hz)

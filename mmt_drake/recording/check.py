@@ -1,13 +1,14 @@
 """Checks that every recording must pass, whatever file it comes from."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 
 import numpy as np
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, some
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.column_map import ColumnMap, left_out, units_of
 from mmt_drake.recording.derive import HOW, rate_of, touches
@@ -131,8 +132,10 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
     for name in names:
         if name not in known:
             what = kind.replace("_", " ")
-            hint = suggest(name, known) or ": " + ", ".join(known)
+            hint = suggest(name, known) or ": " + some(known)
             expected = f"a column of a {what} recording{hint}; --map says what a column of another name is"
+            if re.match(r"(.*_)?(q|tau|position|effort)[_\[.]?\d+\]?$", name):
+                expected += "; a log of an arm's joints takes the model of an arm, `structure: multibody` (docs/arms.md)"
             raise BadInput(source, at="columns", found=f"unknown column {name!r}", expected=expected)
     missing = [name for name in REQUIRED[kind] if name not in names]
     if not missing and kind in ("contact", "motion"):

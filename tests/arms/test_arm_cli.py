@@ -57,7 +57,7 @@ def test_a_diagnosis_of_an_arm_is_written_and_its_model_simulates(folder: Path, 
     assert done.status == 0, done.error
     assert done.out.startswith("missing_physics: ") and "Coulomb friction on lift" in done.out
     written = {path.name for path in out.iterdir()}
-    assert written == {"diagnosis.json", "augmented_model.yaml", "robot.urdf", "report.html"}
+    assert written == {"diagnosis.json", "augmented_model.yaml", "report.html"}
     document = json.loads((out / "diagnosis.json").read_text())
     (effect,) = document["effects"]
     assert (document["structure"], document["verdict"]) == ("multibody", "missing_physics")

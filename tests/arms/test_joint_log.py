@@ -165,10 +165,10 @@ def worse(values: np.ndarray, row: int, value: float) -> np.ndarray:
 
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {
-    "time that stands still": ({"t_s": worse(TIME, 50, TIME[49])}, "time, row 50: found 0.49 s after 0.49 s"),
-    "time that steps back": ({"t_s": worse(TIME, 50, 0.0)}, "time, row 50"),
-    "NaN in a position": ({"q_rad": worse(Q, 7, np.nan)}, "position, row 7: found no number"),
-    "an infinite torque": ({"tau_Nm": worse(TAU, 9, np.inf)}, "torque, row 9: found no number"),
+    "time that stands still": ({"t_s": worse(TIME, 50, TIME[49])}, "time, row 51: found 0.49 s after 0.49 s"),
+    "time that steps back": ({"t_s": worse(TIME, 50, 0.0)}, "time, row 51"),
+    "NaN in a position": ({"q_rad": worse(Q, 7, np.nan)}, "position of turn, row 8: found nan"),
+    "an infinite torque": ({"tau_Nm": worse(TAU, 9, np.inf)}, "torque of turn, row 10: found inf"),
     "another number of joints": ({"q_rad": Q[:, :2]}, "found 2 columns, expected 3, one for each of turn, lift, bend"),
     "fewer torques than times": ({"tau_Nm": TAU[:-1]}, "299 torques"),
     "no time": ({"t_s": None}, "time: found columns q_rad, tau_Nm, expected time or t_s"),
