@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mmt_drake.arms.folds import Folds, SharedNumbers
-from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.laws import ARM_EFFECTS, LATE
 from mmt_drake.arms.problem import ArmProblem
 from mmt_drake.arms.search import BY_CHANCE, RARE, JointSearch, JointSet, chance_better
 from mmt_drake.arms.shared_fit import FREE_SAMPLES, Belief, SharedFit
@@ -189,6 +189,21 @@ def is_sensible(found: Believed) -> bool:
     return True
 
 
+def is_late_under_way(late: Believed, none: Believed) -> bool:
+    """Whether a delay or lag of the torque shows while the joints are under way, and not at turns alone.
+
+    Friction that gives way before it slips has its torque turn later than the motion, and one that sticks sooner: that
+    looks like a delay at turns, and is none.
+
+    Args:
+        late: with the delay.
+        none: without it.
+    """
+    away = late.fit.problem.between_turns()
+    one, other = (replace(b, fit=replace(b.fit, problem=away)) for b in (late, none))
+    return bool(np.isfinite(one.cost) and np.isfinite(other.cost)) and better(one, other)
+
+
 def by_what_is_left(found: Believed) -> Array:
     """Weights of the joints, one over the mean squared error of what is held out [1/(N m)^2]; 0 of one that rests."""
     weights = np.zeros(len(found.fit.problem.rows))
@@ -234,6 +249,7 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     refits = list(tried_in_time(list(_refits(problem))))
     watch.begin(WHOLE_ARM)
     arms = [b for b in tried_in_time(list(_whole_arm(problem))) if is_sensible(b)]
+    arms = [b for b in arms if b.fit.belief.name not in LATE or is_late_under_way(b, none)]
     if not watch.is_late():
         refits = _with_together(refits, [tightest(refits)])
         likeliest = sorted(arms, key=lambda b: b.cost)[:_LIKELIEST]
@@ -255,8 +271,34 @@ def settled(problem: ArmProblem, watch: Watch, noise: Array) -> tuple[Believed, 
     if best is not none and watch.is_late():
         watch.miss(sorted(RARE))
     elif best is not none:
+        arm = arms[0] if arms and best is refit else None
+        best, more = _with_another(best, weights, watch)
+        tried += more
+        if arm is not None:
+            both, more = _with_another(arm, weights, watch)
+            tried += more
+            best = both if both is not arm and better(both, none) and _as_well(both, best) else best
         best = together(best)
     return best, tried
+
+
+def _with_another(found: Believed, weights: Array, watch: Watch) -> tuple[Believed, list[Believed]]:
+    """A belief with one more effect of the whole arm, where that is better; and all that were tried.
+
+    That is gravity, a delay, or a payload beside these.
+    """
+    belief, problem = found.fit.belief, found.fit.problem
+    known = {ARM_EFFECTS[term.effect].family for term in belief.held}
+    known |= {"inertia"} if belief.prior is not None else set()
+    tried = []
+    for term in problem.rows[problem.moving[0]].terms:
+        law = ARM_EFFECTS[term.effect]
+        if law.place == "joint" or law.family in known or watch.is_late():
+            continue
+        one = searched(problem, replace(belief, held=(*belief.held, term)), weights)
+        if is_sensible(one) and (term.effect not in LATE or is_late_under_way(one, found)):
+            tried.append(one)
+    return min((b for b in tried if better(b, found)), key=lambda b: b.cost, default=found), tried
 
 
 def _alike(one: Believed, best: Believed) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from mmt_drake.arms.arm_effect import Shape
 from mmt_drake.arms.arm_file import ArmModel, JointEffect
@@ -52,6 +53,14 @@ class PreparedLog:
         """Samples that were recorded and at which joint j moves, (n,)."""
         moves: Flags = np.abs(self.motion.v[:, j]) >= self.joint(j).rest
         return moves & self.motion.recorded
+
+    def turns(self, j: int) -> Flags:
+        """Samples at which joint j turns over or rests, or that the filter brings into touch with that, (n,)."""
+        v = self.motion.v[:, j]
+        turned = np.abs(v) < self.joint(j).rest
+        turned[1:] |= np.sign(v[1:]) != np.sign(v[:-1])
+        near: Flags = ndimage.maximum_filter1d(turned, 2 * int(1.0 / (self.motion.band_hz * self.motion.step)) + 1)
+        return near
 
     def columns(self, arm: ArmPlant, effect: str, where: str, shape: Shape, j: int) -> Array | None:
         """Torque of joint j for one unit of each number of an effect (n, k); None where it has no part there."""

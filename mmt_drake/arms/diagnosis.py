@@ -224,7 +224,7 @@ def _effects(
     effects = []
     for term, at in found.fit.numbers_held:
         share = next((part.share for part in budget if part.part == term.effect), 0.0)
-        effects.append(_effect(arm, term, x[at], half[at], arm_certainty(found, tried), share, ()))
+        effects.append(_effect(arm, term, x[at], half[at], arm_certainty(term, found, tried), share, ()))
     for j, certainties in told.items():
         for (term, at), sure in zip(found.fit.numbers_of(j), certainties, strict=True):
             if term.key in known:

@@ -267,7 +267,9 @@ VISCOUS = ("viscous_friction", "asymmetric_viscous_friction")
 """The same of viscous friction."""
 OF_THE_LINKS = ("load_dependent_friction", "torque_gain")
 """Effects that are parts of the torque that moves the links."""
-ARM_WIDE = ("gravity_offset", "time_delay", "force_lag")
+LATE = ("time_delay", "force_lag")
+"""Effects of when the torque is logged."""
+ARM_WIDE = ("gravity_offset", *LATE)
 """Effects of the whole arm."""
 BESIDE = (
     "constant_force",

@@ -66,6 +66,7 @@ class JointRows:
         measured: (n,) torque [N m].
         columns: (n, 10 links + terms) torque for one unit of each number.
         counted: (n,) samples that were recorded and at which the joint moves.
+        turns: (n,) samples at which it turns over, or nearly so.
         block: (n,) number of the block of each sample.
         blocks: how many there are.
         terms: of this joint.
@@ -78,6 +79,7 @@ class JointRows:
     measured: Array
     columns: Array
     counted: Flags
+    turns: Flags
     block: Array
     blocks: int
     terms: tuple[Term, ...]
@@ -151,6 +153,10 @@ class ArmProblem:
         """Of all its links [kg]."""
         return float(self.nominal[::10].sum())
 
+    def between_turns(self) -> ArmProblem:
+        """The same logs, each joint only while it is under way."""
+        return replace(self, rows=tuple(replace(row, counted=row.counted & ~row.turns) for row in self.rows))
+
     def known(self, key: tuple[str, str]) -> Array:
         """Numbers that the model has of an effect at a place."""
         return next(row.held[key] for row in self.rows if key in row.held)
@@ -176,9 +182,7 @@ def expected_sizes(nominal: Array) -> Array:
     return np.array(scales)
 
 
-def arm_problem(
-    arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog], moving: ArmModel | None = None
-) -> ArmProblem:
+def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog], moving: ArmModel | None = None) -> ArmProblem:
     """The problem of explaining logs.
 
     Args:
@@ -225,7 +229,7 @@ def _joint_rows(
     fastest = max(motions, key=lambda motion: motion.fastest)
     likely = replace(fastest, ripples=ripples, delays=(delay,), geared=likely_geared(every, j))
     terms, held = _terms(arm, model, likely, j, moves)
-    stacked, target, measured, counted, block, first = [], [], [], [], [], 0
+    stacked, target, measured, counted, turns, block, first = [], [], [], [], [], [], 0
     low, high = min(own.q.min() for own in motions), max(own.q.max() for own in motions)
     for one, own in zip(every, motions, strict=True):
         parts = [one.asked.inertial[:, j]]
@@ -241,13 +245,25 @@ def _joint_rows(
         measured.append(one.motion.torque[taken, j])
         target.append(measured[-1] - whole[:, -1])
         counted.append((one.counted(j) if moves else one.motion.recorded)[taken])
+        turns.append(one.turns(j)[taken])
         edges = _edges(one.motion)
         number = np.searchsorted(edges, one.motion.time[taken], side="right") - 1
         block.append(first + np.clip(number, 0, len(edges) - 2))
         first += len(edges) - 1
-    joined = [np.concatenate(part) for part in (target, measured, stacked, counted, block)]
-    curve = tuple(range(joined[2].shape[1] - _WAVES, joined[2].shape[1]))
-    return JointRows(j, joined[0], joined[1], joined[2], joined[3], joined[4], first, terms, held, curve)
+    columns = np.concatenate(stacked)
+    return JointRows(
+        joint=j,
+        target=np.concatenate(target),
+        measured=np.concatenate(measured),
+        columns=columns,
+        counted=np.concatenate(counted),
+        turns=np.concatenate(turns),
+        block=np.concatenate(block),
+        blocks=first,
+        terms=terms,
+        held=held,
+        curve=tuple(range(columns.shape[1] - _WAVES, columns.shape[1])),
+    )
 
 
 def _curve(q: Array, low: float, high: float) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,8 +11,13 @@ from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.base_parameters import BaseParameters
 from mmt_drake.arms.forward import WINDOW_S, ForwardErrors
 from mmt_drake.arms.laws import ARM_EFFECTS
-from mmt_drake.diagnosis.decide.budget import BudgetPart
+from mmt_drake.diagnosis.decide.budget import NAMELESS, SHARED, BudgetPart
 from mmt_drake.plain import plain
+
+STANDS_OUT = 8.0
+"""Where something is missing is sure if what takes part there takes so many times what nobody has named ..."""
+LEAVES_ALONE = 1.25
+"""... and other numbers of the links alone leave more than so many times as much, in variance."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +125,22 @@ class ArmDiagnosis:
     base: BaseParameters | None = None
     untried: tuple[str, ...] = ()
 
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Joints and links where something is missing for sure, whether or not its law is; empty: the whole arm.
+
+        So it is where a name is sure. It also is on a joint where what is not sure takes far more than what nobody has
+        named, and other numbers of the links alone leave more.
+        """
+        sure = [effect.where for effect in self.effects if effect.certain]
+        for joint in self.joints:
+            shares = {part.part: part.share for part in joint.budget}
+            unsure = any(effect.where == joint.name and not effect.certain for effect in self.effects)
+            alone = math.inf if joint.refit is None else (joint.refit / max(joint.augmented, 1e-12)) ** 2
+            if unsure and shares.get(SHARED, 0.0) >= STANDS_OUT * shares.get(NAMELESS, 0.0) and alone > LEAVES_ALONE:
+                sure.append(joint.name)
+        return tuple(dict.fromkeys(sure))
+
 
 def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
     """The document of a diagnosis.
@@ -159,6 +181,7 @@ def as_json(diagnosis: ArmDiagnosis, model: str) -> dict[str, Any]:
         "parameters": {
             f"{link}.{symbol}": n for link, some in diagnosis.parameters.items() for symbol, n in some.items()
         },
+        "places": diagnosis.places,
         "untold": diagnosis.untold,
         "base_parameters": diagnosis.base.to_data() if diagnosis.base else None,
         "joints": [

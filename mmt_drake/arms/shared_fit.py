@@ -28,9 +28,9 @@ class Belief:
     """A belief about the links.
 
     Attributes:
-        name: `none`: they are as the file says; `refit`: each inertial number may be another; else the effect of the
-            whole arm that is added.
-        held: terms of that effect, by joint.
+        name: `none`: they are as the file says; `refit`: each inertial number may be another; else the first effect of
+            the whole arm that is added.
+        held: terms of what is added, by joint.
         prior: (10 links,) how strongly an inertial number is held where it is [1/unit^2]; None: it is as believed.
     """
 
@@ -45,8 +45,8 @@ class Belief:
     @property
     def said(self) -> str:
         """What it adds to the file."""
-        named = OTHER_NUMBERS if self.name == "refit" else self.name
-        return " ".join([named, *(f"of {term.where}" for term in self.held if term.where)])
+        added = [f"{term.effect} of {term.where}" if term.where else term.effect for term in self.held]
+        return " and ".join([OTHER_NUMBERS, *added] if self.name == "refit" else added) or self.name
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,10 @@ _TOO_FAR = 3.0
 """A joint does not go so many times as far as its limits are apart."""
 _LESS = 0.25
 """Turned round, the motion explains the torque so much better, in squared error ..."""
+_FAR_OFF = 100.0
+"""A torque that is so many times what the links ask for, or the other way, on every joint where they ask for most of
+it, is in another unit."""
+_MOSTLY_LINKS = 0.5
 _MOST = 0.3
 """... and leaves less than this part of its variance."""
 _RESISTING = ("coulomb_friction", "viscous_friction", "rotor_inertia")
@@ -27,7 +31,7 @@ def check_units(arm: ArmPlant, log: JointLog) -> None:
         log: of that arm.
 
     Raises:
-        BadInput: a joint goes much farther than its limits allow, as positions in degrees do; or all torques stand still.
+        BadInput: a joint goes much farther than its limits allow, as in degrees; or all torques stand still.
     """
     low, high = arm.position_limits
     way = np.ptp(log.q, axis=0)
@@ -42,7 +46,9 @@ def check_units(arm: ArmPlant, log: JointLog) -> None:
             "model makes radians",
         )
     if not np.ptp(log.torque, axis=0).any():
-        raise BadInput(log.source, at=f"torque ({log.column})", found="the same throughout", expected="what drives give")
+        raise BadInput(
+            log.source, at=f"torque ({log.column})", found="the same throughout", expected="what drives give"
+        )
 
 
 def check_signs(problem: ArmProblem, source: str) -> None:
@@ -58,6 +64,16 @@ def check_signs(problem: ArmProblem, source: str) -> None:
     Raises:
         BadInput: so they are.
     """
+    scales = {j: scale for j in problem.moving if (scale := _scale(problem.rows[j])) is not None}
+    if scales and min(max(s, 1.0 / s) for s in scales.values()) > _FAR_OFF:
+        raise BadInput(
+            source,
+            at="torque",
+            found="; ".join(
+                f"{s:.3g} times what the links ask for on {problem.arm.joints[j]}" for j, s in scales.items()
+            ),
+            expected="N m, or N of joints that slide: `torque: {factor: ...}` of the model makes it that",
+        )
     wrong = [problem.arm.joints[j] for j in problem.moving if _is_reversed(problem.rows[j])]
     if wrong:
         raise BadInput(
@@ -68,14 +84,28 @@ def check_signs(problem: ArmProblem, source: str) -> None:
         )
 
 
-def _is_reversed(row: JointRows) -> bool:
+def _fitted(row: JointRows) -> tuple[float, float, float] | None:
+    """What is left of the torque with its own sign and with the other, in parts, and its size over that of the links."""
     terms = [next((t for t in row.terms if t.effect == name), None) for name in _RESISTING]
     own = [row.columns[:, t.columns[0]] for t in terms if t is not None]
     used = row.counted
     if used.sum() <= len(own) + 2 or not np.ptp(row.measured[used]) > 0.0:
-        return False
+        return None
     columns = np.stack([row.measured - row.target, *own], 1)[used]
     columns, measured = columns - columns.mean(axis=0), row.measured[used] - row.measured[used].mean()
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    left = [nnls(columns / size, side * measured)[1] ** 2 for side in (1.0, -1.0)]
-    return bool(left[1] < _LESS * left[0] and left[1] < _MOST * (measured @ measured))
+    fits = [nnls(columns / size, side * measured) for side in (1.0, -1.0)]
+    left = [fit[1] ** 2 / (measured @ measured) for fit in fits]
+    links = np.linalg.norm(columns[:, 0] / size[0] * fits[0][0][0]) ** 2 / (measured @ measured)
+    return left[0], left[1], float(fits[0][0][0] / size[0]) if links > _MOSTLY_LINKS else 0.0
+
+
+def _is_reversed(row: JointRows) -> bool:
+    fit = _fitted(row)
+    return fit is not None and fit[1] < _LESS * fit[0] and fit[1] < _MOST
+
+
+def _scale(row: JointRows) -> float | None:
+    """The torque over what the links ask for, where that is most of it; None where it is not."""
+    fit = _fitted(row)
+    return fit[2] if fit is not None and fit[2] > 0.0 and fit[0] < _MOST else None

@@ -93,13 +93,14 @@ def certainty(problem: ArmProblem, found: Believed, joint: int, watch: Watch) ->
             depth = at
         gone = search.fit([t for t in own.terms if t is not term]).fit.cost
         took = gone - own.fit.cost
-        if took < NEXT_TO_NOTHING * mismatch or squares[term] > LEANS * mismatch:
-            depth = None
-        elif term.effect in WHOLE_NAMES and depth != "law":
-            depth = None
-        elif term.effect in OVER_THE_WAY and own.fit.cost - curve.cost > CURVED * took:
-            depth = None
-        elif by_first_order and term.effect in RARE:  # a spring is known to first order: what is left looks like them
+        nameless = (
+            took < NEXT_TO_NOTHING * mismatch,
+            squares[term] > LEANS * nominal,
+            term.effect in WHOLE_NAMES and depth != "law",
+            term.effect in OVER_THE_WAY and own.fit.cost - curve.cost > CURVED * took,
+            term.effect in RARE and by_first_order,  # of a spring: what it leaves looks like them
+        )
+        if any(nameless):
             depth = None
         told.append(Certainty(term, depth and beside_the_untried(depth, law, untried), instead))
     return told
@@ -135,17 +136,17 @@ def _untried(missed: Iterable[str]) -> list[ArmEffect]:
     return [ARM_EFFECTS["payload" if name == OTHER_NUMBERS else name] for name in names if not name.startswith(_RIVALS)]
 
 
-def arm_certainty(found: Believed, tried: Sequence[Believed]) -> Depth | None:
-    """How sure the effect of the whole arm is that a belief adds.
+def arm_certainty(term: Term, found: Believed, tried: Sequence[Believed]) -> Depth | None:
+    """How sure an effect of the whole arm is that a belief adds.
 
     A payload is a special case of other inertial numbers, which say what it says and more: these are no rivals of it.
 
     Args:
+        term: the effect.
         found: what is delivered.
         tried: every belief.
     """
-    (term,) = found.fit.belief.held
-    law, told = ARM_EFFECTS[term.effect], found.fit.belief
+    law = ARM_EFFECTS[term.effect]
     depth: Depth | None = None
     for at in _DEPTHS:
         same = _without(law, at)
@@ -153,7 +154,7 @@ def arm_certainty(found: Believed, tried: Sequence[Believed]) -> Depth | None:
             b
             for b in tried
             if not (b.fit.belief.name == "refit" and law.place == "link")
-            and not (b.fit.belief.name in same and (at != "law" or b.fit.belief.held == told.held))
+            and not any(t.effect in same and (at != "law" or t == term) for t in b.fit.belief.held)
         ]
         if any(b.cost < found.cost + math.log(LEAVES[at]) for b in rivals):
             break

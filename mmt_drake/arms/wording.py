@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, Number
 from mmt_drake.diagnosis.tell.summary import untried_of
@@ -24,14 +26,25 @@ def found(diagnosis: ArmDiagnosis) -> str:
     )
     said = [_VERDICTS[diagnosis.verdict]]
     sure = [effect for effect in diagnosis.effects if effect.certain]
+    named = {effect.where for effect in sure}
     for name in dict.fromkeys(effect.name for effect in sure):
         same = [effect for effect in sure if effect.name == name]
         said.append(_named(same, len(moving)))
     if diagnosis.parameters:
-        said.append(f"Inertial numbers of {_listed(list(diagnosis.parameters))} are others than the file says.")
-    unsure = [f"{words(e.name)} on {e.where or 'the whole arm'}" for e in diagnosis.effects if not e.certain]
+        links = _listed(list(diagnosis.parameters))
+        if diagnosis.verdict in ("parameters", "missing_physics"):
+            said.append(f"Inertial numbers of {links} are others than the file says.")
+        else:
+            said.append(f"Inertial numbers of {links} were fitted too: they may stand for what has no name.")
+    for place in diagnosis.places:
+        if place not in named:
+            here = [e for e in diagnosis.effects if e.where == place]
+            laws = dict.fromkeys(words(name) for e in here for name in (e.name, *e.instead))
+            said.append(f"On {place} something is missing for sure, and this motion does not tell what: {_or(laws)}.")
+    unsure = [e for e in diagnosis.effects if not e.certain and (e.where not in diagnosis.places or e.where in named)]
     if unsure:
-        said.append(f"Take part, but others would explain as much: {_listed(unsure)}.")
+        them = _listed([f"{words(e.name)} on {e.where or 'the whole arm'}" for e in unsure])
+        said.append(f"In the model that is delivered, but not sure: {them}.")
     said.append(
         f"Error of the torque on stretches that were not fitted, in parts of its spread: {before:.3g} with the model "
         f"handed in, {after:.3g} with what was found."
@@ -76,6 +89,11 @@ def told(effect: ArmEffectFound) -> str:
         else:
             parts.append(f"with {number}")
     return ", ".join(parts)
+
+
+def _or(names: Iterable[str]) -> str:
+    every = list(names)
+    return f"{', '.join(every[:-1])} or {every[-1]}" if len(every) > 1 else every[0]
 
 
 def _listed(names: list[str]) -> str:

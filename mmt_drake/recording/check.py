@@ -135,7 +135,9 @@ def check_names(names: Mapping[str, object], kind: Kind, source: str) -> None:
             hint = suggest(name, known) or ": " + some(known)
             expected = f"a column of a {what} recording{hint}; --map says what a column of another name is"
             if re.match(r"(.*_)?(q|tau|position|effort)[_\[.]?\d+\]?$", name):
-                expected += "; a log of an arm's joints takes the model of an arm, `structure: multibody` (docs/arms.md)"
+                expected += (
+                    "; a log of an arm's joints takes the model of an arm, `structure: multibody` (docs/arms.md)"
+                )
             raise BadInput(source, at="columns", found=f"unknown column {name!r}", expected=expected)
     missing = [name for name in REQUIRED[kind] if name not in names]
     if not missing and kind in ("contact", "motion"):

@@ -77,7 +77,7 @@ def test_positions_of_links_that_are_no_numbers_are_refused(tmp_path: Path) -> N
     link = np.array(log.link)
     link[7, 1] = np.nan
     np.savez(tmp_path / "log.npz", t_s=log.time, q_rad=log.q, q_link_rad=link, tau_Nm=log.torque)
-    with pytest.raises(BadInput, match="link of .*, row 8: found nan"):
+    with pytest.raises(BadInput, match=r"link of .*, row 8: found nan"):
         load_joint_log(tmp_path / "log.npz", small_arm.model(tmp_path), small_arm.JOINTS)
 
 

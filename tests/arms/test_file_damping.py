@@ -46,7 +46,8 @@ def test_the_plant_is_damped_once_by_what_the_model_says_or_else_by_its_file(b: 
     own = () if b is None else tuple(JointEffect("viscous_friction", j, {"b": b}) for j in small_arm.JOINTS)
     model = damped(tmp_path, effects=own)
     bare = small_arm.model(
-        tmp_path, effects=tuple(JointEffect("viscous_friction", j, {"b": DAMPING if b is None else b}) for j in small_arm.JOINTS)
+        tmp_path,
+        effects=tuple(JointEffect("viscous_friction", j, {"b": DAMPING if b is None else b}) for j in small_arm.JOINTS),
     )
     ends = []
     for one in (model, bare):

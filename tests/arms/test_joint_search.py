@@ -16,7 +16,8 @@ def best(v: np.ndarray, torque: np.ndarray, without: frozenset[str] = frozenset(
     names = ("viscous_friction", "coulomb_friction", "constant_force")
     terms = tuple(Term(name, "turn", (), (at,)) for at, name in enumerate(names))
     moving, block = np.ones(len(every), dtype=bool), np.repeat(np.arange(BLOCKS), EACH)
-    rows = JointRows(0, torque.ravel(), torque.ravel(), every, moving, block, BLOCKS, terms)
+    turns = np.zeros(len(every), dtype=bool)
+    rows = JointRows(0, torque.ravel(), torque.ravel(), every, moving, turns, block, BLOCKS, terms)
     return JointSearch(rows, Folds(rows.sums, range(BLOCKS), None)).best(without)
 
 

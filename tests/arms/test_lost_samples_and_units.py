@@ -53,7 +53,9 @@ def test_positions_in_degrees_are_refused_with_what_to_do(tmp_path: Path) -> Non
         (tmp_path / f"{name}.yaml").write_text(text + more)
         models.append(load_arm_model(tmp_path / f"{name}.yaml"))
     plain, turned = models
-    with pytest.raises(BadInput, match=r"position of turn: found a way of .* rad.*expected radians.*position: \{factor"):
+    with pytest.raises(
+        BadInput, match=r"position of turn: found a way of .* rad.*expected radians.*position: \{factor"
+    ):
         diagnose_arm([load_joint_log(tmp_path / "log.npz", plain, small_arm.JOINTS)], plain)
     read = load_joint_log(tmp_path / "log.npz", turned, small_arm.JOINTS)
     np.testing.assert_allclose(read.q, log.q, atol=1e-12)

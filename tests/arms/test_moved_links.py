@@ -15,7 +15,7 @@ from mmt_drake.arms.deliver import write_urdf
 from mmt_drake.arms.diagnosis import diagnose_arm
 from mmt_drake.arms.plant import ArmPlant
 
-MASS, GAIN, CENTRE = 2.0, -0.2, (0.3, 0.03, -0.02)
+MASS, GAIN, CENTRE = 2.0, 0.2, (0.3, 0.03, -0.02)
 
 
 def loaded(folder: Path, seed: int) -> np.ndarray:
@@ -27,13 +27,12 @@ def loaded(folder: Path, seed: int) -> np.ndarray:
 
 
 def test_a_gain_beside_a_heavy_payload_is_found_with_its_number(tmp_path: Path) -> None:
-    moves, _ = small_arm.rigid(6, tmp_path)
-    torque = loaded(tmp_path, 6) * np.array([1.0, 1.0, 1.0 + GAIN])
-    log = small_arm.noisy(moves, torque, 6)
+    moves, _ = small_arm.rigid(7, tmp_path)
+    log = small_arm.noisy(moves, loaded(tmp_path, 7) * np.array([1.0, 1.0 + GAIN, 1.0]), 7)
     found = diagnose_arm([log], small_arm.model(tmp_path))
-    assert small_arm.named(found) == {("payload", "fore"), ("torque_gain", "bend")}
+    assert small_arm.named(found) == {("payload", "fore"), ("torque_gain", "lift")}
     assert small_arm.values(found, "payload", "fore")["m"] == pytest.approx(MASS, rel=0.01)
-    assert small_arm.values(found, "torque_gain", "bend")["gain"] == pytest.approx(GAIN, rel=0.02)
+    assert small_arm.values(found, "torque_gain", "lift")["gain"] == pytest.approx(GAIN, rel=0.01)
     assert predicted(ArmPlant.of(found.model), found.model, log).nrmse.max() < 0.02
 
 
@@ -50,7 +49,9 @@ def test_a_model_with_payload_and_gain_predicts_the_product_of_both(tmp_path: Pa
 
 def test_the_robot_s_file_that_is_written_has_the_payload_and_finds_its_meshes(tmp_path: Path) -> None:
     (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes" / "cube.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    (tmp_path / "meshes" / "cube.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    )
     shape = '<visual><geometry><mesh filename="meshes/cube.obj"/></geometry></visual></link>'
     (tmp_path / "arm.urdf").write_text(small_arm.URDF.replace("</link>", shape, 1))
     payload = dict(zip(("m", "cx", "cy", "cz"), (MASS, *CENTRE), strict=True))

@@ -44,9 +44,10 @@ class ArmScore:
         truth: names and places.
         named: what was named with certainty.
         unsure: what was found, and is not certain.
+        told: places where something is missing for sure.
         verdict: of the diagnosis.
-        places, families, laws: concealed effects of which a name at the right place; in the right family; of the right
-            law, called certain; was found.
+        places, families, laws: concealed effects whose place was told; of which a name in the right family; of the
+            right law, called certain; was found at that place.
         called: of the names of a concealed effect's place and family, those called certain to the law.
         false: names that are wrong at the depth called certain.
         mass_off: of a payload, relative; None where none was concealed or found.
@@ -57,6 +58,7 @@ class ArmScore:
     truth: tuple[tuple[str, str], ...]
     named: tuple[NamedThing, ...]
     unsure: tuple[NamedThing, ...]
+    told: tuple[str, ...]
     verdict: str
     places: int
     families: int
@@ -67,7 +69,26 @@ class ArmScore:
     seconds: float
 
 
-def diagnosed(folder: Path) -> tuple[tuple[NamedThing, ...], str, float | None, float]:
+@dataclass(frozen=True)
+class Answer:
+    """What a diagnosis said of a case.
+
+    Attributes:
+        things: that were found.
+        places: where something is missing for sure.
+        verdict: of the diagnosis.
+        payload_kg: None where none was found.
+        seconds: it took.
+    """
+
+    things: tuple[NamedThing, ...]
+    places: tuple[str, ...]
+    verdict: str
+    payload_kg: float | None
+    seconds: float
+
+
+def diagnosed(folder: Path) -> Answer:
     """The diagnosis of a case's folder, which has no truth in it."""
     begun = time.perf_counter()
     model = load_arm_model(folder / "model.yaml")
@@ -76,15 +97,15 @@ def diagnosed(folder: Path) -> tuple[tuple[NamedThing, ...], str, float | None, 
     named = tuple(NamedThing(e.name, e.family, e.block, e.where, e.certain) for e in found.effects)
     mass = next((e.numbers["m"] for e in found.effects if e.name == "payload"), None)
     kg = mass.value if isinstance(mass, Number) else None
-    return named, found.verdict, kg, time.perf_counter() - begun
+    return Answer(named, found.places, found.verdict, kg, time.perf_counter() - begun)
 
 
-def scored(case: ArmTrialCase, answer: tuple[tuple[NamedThing, ...], str, float | None, float]) -> ArmScore:
+def scored(case: ArmTrialCase, answer: Answer) -> ArmScore:
     """A diagnosis held against the truth."""
-    every, verdict, mass, seconds = answer
-    named, unsure = (tuple(n for n in every if bool(n.certain) == sure) for sure in (True, False))
+    named, unsure = (tuple(n for n in answer.things if bool(n.certain) == sure) for sure in (True, False))
+    mass = answer.payload_kg
     truth = [(c, ARM_EFFECTS[c.name]) for c in case.concealed]
-    places = sum(any(n.where == c.where for n in named) for c, _ in truth)
+    places = sum(c.where in answer.places for c, _ in truth)
     families = sum(any(n.where == c.where and n.family == e.family for n in named) for c, e in truth)
     sure = [n for n in named if n.certain == "law"]
     laws = sum(any(n.where == c.where and n.name == c.name for n in sure) for c, _ in truth)
@@ -92,8 +113,10 @@ def scored(case: ArmTrialCase, answer: tuple[tuple[NamedThing, ...], str, float 
     false = tuple(n for n in named if not _is_true(n, case.concealed))
     payload = next((c.numbers["m"] for c in case.concealed if c.name == "payload"), None)
     off = abs(mass / payload - 1.0) if mass is not None and payload is not None else None
-    told = tuple((c.name, c.where) for c in case.concealed)
-    return ArmScore(case.name, told, named, unsure, verdict, places, families, laws, called, false, off, seconds)
+    concealed = tuple((c.name, c.where) for c in case.concealed)
+    counts = (places, families, laws, called)
+    told, verdict = answer.places, answer.verdict
+    return ArmScore(case.name, concealed, named, unsure, told, verdict, *counts, false, off, answer.seconds)
 
 
 def _is_true(named: NamedThing, concealed: Sequence[Concealment]) -> bool:
@@ -142,13 +165,15 @@ def report_of(scores: Sequence[ArmScore], sealed: str, seed: int, remainder: flo
     false = [(score, thing) for score in scores for thing in score.false]
     called = sum(score.called for score in scores)
     clean = [score for score in scores if not score.truth]
-    told = sum(any(n.where == where for n in (*s.named, *s.unsure)) for s in scores for _, where in s.truth)
+    told = [place in {where for _, where in s.truth} for s in scores for place in s.told]
+    by_name = sum(any(n.where == where for n in s.named) for s in scores for _, where in s.truth)
     unsure = [thing.where in {where for _, where in s.truth} for s in scores for thing in s.unsure]
     masses = sorted(score.mass_off for score in scores if score.mass_off is not None)
     seconds = sorted(score.seconds for score in scores)
     rows: list[list[Cell]] = [
         ["right place", f"{sum(s.places for s in scores)} of {effects}", 0.95],
-        ["... names that are not sure included", f"{told} of {effects}", None],
+        ["... by a name that is sure", f"{by_name} of {effects}", None],
+        ["places told where nothing is concealed", f"{told.count(False)} of {len(told)}", None],
         ["names that are not sure, where nothing is concealed", f"{unsure.count(False)} of {len(unsure)}", None],
         ["right family or deeper", f"{sum(s.families for s in scores)} of {effects}", 0.92],
         ["law called certain is right", f"{sum(s.laws for s in scores)} of {called}", 0.80],
@@ -190,7 +215,7 @@ def report_of(scores: Sequence[ArmScore], sealed: str, seed: int, remainder: flo
 def _row(effect: str, scores: Sequence[ArmScore]) -> list[Cell]:
     family = ARM_EFFECTS[effect].family
     having = [(s, where) for s in scores for name, where in s.truth if name == effect]
-    place = sum(any(n.where == where for n in s.named) for s, where in having)
+    place = sum(where in s.told for s, where in having)
     kin = sum(any(n.where == where and n.family == family for n in s.named) for s, where in having)
     law = sum(any(n.where == where and n.name == effect and n.certain == "law" for n in s.named) for s, where in having)
     return [effect, len(having), place, kin, law]
