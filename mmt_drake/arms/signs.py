@@ -66,12 +66,11 @@ def check_signs(problem: ArmProblem, source: str) -> None:
     """
     scales = {j: scale for j in problem.moving if (scale := _scale(problem.rows[j])) is not None}
     if scales and min(max(s, 1.0 / s) for s in scales.values()) > _FAR_OFF:
+        j, scale = next(iter(scales.items()))
         raise BadInput(
             source,
             at="torque",
-            found="; ".join(
-                f"{s:.3g} times what the links ask for on {problem.arm.joints[j]}" for j, s in scales.items()
-            ),
+            found=f"{scale:.3g} times what the links ask for on {problem.arm.joints[j]}",
             expected="N m, or N of joints that slide: `torque: {factor: ...}` of the model makes it that",
         )
     wrong = [problem.arm.joints[j] for j in problem.moving if _is_reversed(problem.rows[j])]
@@ -85,7 +84,7 @@ def check_signs(problem: ArmProblem, source: str) -> None:
 
 
 def _fitted(row: JointRows) -> tuple[float, float, float] | None:
-    """What is left of the torque with its own sign and with the other, in parts, and its size over that of the links."""
+    """What is left of the torque with its own sign, and with the other; and its size over that of the links."""
     terms = [next((t for t in row.terms if t.effect == name), None) for name in _RESISTING]
     own = [row.columns[:, t.columns[0]] for t in terms if t is not None]
     used = row.counted

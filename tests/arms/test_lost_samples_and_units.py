@@ -62,6 +62,13 @@ def test_positions_in_degrees_are_refused_with_what_to_do(tmp_path: Path) -> Non
     assert diagnose_arm([read], turned).verdict == "no_mismatch"
 
 
+def test_torques_in_thousandths_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    moves, rigid = small_arm.rigid(1, tmp_path)
+    log = small_arm.noisy(moves, 1e3 * (rigid + 2.0 * np.sign(moves.v)), 1)
+    with pytest.raises(BadInput, match=r"torque: found .* times what the links ask for on lift.*torque: \{factor"):
+        diagnose_arm([log], small_arm.model(tmp_path))
+
+
 def test_torques_that_stand_still_are_refused(tmp_path: Path) -> None:
     moves, rigid = small_arm.rigid(1, tmp_path)
     log = JointLog("log.csv", moves.time, moves.q, np.zeros_like(rigid), "tau")

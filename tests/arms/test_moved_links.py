@@ -1,4 +1,4 @@
-"""What acts on the torque of the links acts on the links as they were found: with their payload, under their gravity."""
+"""What acts on the torque of the links acts on the links as they were found, with what they carry."""
 
 from pathlib import Path
 
@@ -49,9 +49,9 @@ def test_a_model_with_payload_and_gain_predicts_the_product_of_both(tmp_path: Pa
 
 def test_the_robot_s_file_that_is_written_has_the_payload_and_finds_its_meshes(tmp_path: Path) -> None:
     (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes" / "cube.obj").write_text(
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
-    )
+    corners, sides = ("0 0 0", "1 0 0", "0 1 0", "0 0 1"), ("1 3 2", "1 2 4", "2 3 4", "3 1 4")
+    lines = [*(f"v {at}" for at in corners), *(f"f {at}" for at in sides), ""]
+    (tmp_path / "meshes" / "cube.obj").write_text("\n".join(lines))
     shape = '<visual><geometry><mesh filename="meshes/cube.obj"/></geometry></visual></link>'
     (tmp_path / "arm.urdf").write_text(small_arm.URDF.replace("</link>", shape, 1))
     payload = dict(zip(("m", "cx", "cy", "cz"), (MASS, *CENTRE), strict=True))
