@@ -16,7 +16,7 @@ from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS, VISCOUS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
-from mmt_drake.arms.regressor import Regressor, regressor
+from mmt_drake.arms.regressor import Regressor, regressor, tilted_gravity
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 
@@ -74,19 +74,25 @@ class PreparedLog:
         if law.place == "link":
             k = arm.links.index(where)
             return self.asked.inertial[:, j, 10 * k : 10 * k + 10]
-        return np.einsum("npk,p->nk", self.asked.tilted[:, j], self.carried.ravel())
+        return np.einsum("npk,p->nk", self.asked.tilted[:, j, :, :2], self.carried.ravel())
 
     def moving(self, arm: ArmPlant, model: ArmModel) -> PreparedLog:
         """The same log, with the links, what they carry and the gravity of another model under its other effects.
 
-        Gains, friction that grows with the load, and springs act on the torque that moves those.
+        Gains, friction that grows with the load, and springs act on the torque that moves those. A tilt that is sought
+        is one to first order about that of the other model.
 
         Args:
             arm: of the model.
             model: whose links move.
         """
         carried, rigid = _moved(arm, model, self.asked)
-        return replace(self, carried=carried, rigid=rigid, softened=softened(arm, carried, self.motion, rigid))
+        straight = np.zeros_like(rigid)
+        for x in _tilts(arm, model):
+            straight += np.einsum("njpk,p,k->nj", self.asked.tilted[..., :2], carried.ravel(), x)
+        curved = _tilt_torque(arm, model, self.asked, carried) - straight
+        springs = softened(arm, carried, self.motion, rigid)
+        return replace(self, carried=carried, rigid=rigid, believed=self.believed + curved, softened=springs)
 
 
 def inertias(arm: ArmPlant, model: ArmModel) -> Array:
@@ -168,11 +174,23 @@ def with_payloads(arm: ArmPlant, model: ArmModel) -> Array:
 def _moved(arm: ArmPlant, model: ArmModel, asked: Regressor) -> tuple[Array, Array]:
     """Inertial numbers of the links with what they carry (links, 10), and the torque that moves them (n, joints)."""
     carried = with_payloads(arm, model)
-    rigid = asked.inertial @ carried.ravel()
-    for effect in model.effects:
-        if effect.name == "gravity_offset":
-            rigid = rigid + np.einsum("njpk,p,k->nj", asked.tilted, carried.ravel(), coefficients(arm, effect)[0])
-    return carried, rigid
+    return carried, asked.inertial @ carried.ravel() + _tilt_torque(arm, model, asked, carried)
+
+
+def _tilts(arm: ArmPlant, model: ArmModel) -> list[Array]:
+    """By which a model's gravity is turned, (2,) each."""
+    return [coefficients(arm, effect)[0] for effect in model.effects if effect.name == "gravity_offset"]
+
+
+def _tilt_torque(arm: ArmPlant, model: ArmModel, asked: Regressor, carried: Array) -> Array:
+    """What a model's turns of gravity add to the torque of its links, (n, joints)."""
+    gravity = np.asarray(arm.plant.gravity_field().gravity_vector())
+    turns = np.stack([*(np.cross(axis, gravity) for axis in np.eye(3)[:2]), gravity], 1)
+    added = np.zeros(asked.inertial.shape[:2])
+    for rx, ry in _tilts(arm, model):
+        parts = np.linalg.lstsq(turns, tilted_gravity(gravity, rx, ry) - gravity, rcond=None)[0]
+        added += np.einsum("njpk,p,k->nj", asked.tilted, carried.ravel(), parts)
+    return added
 
 
 def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:

@@ -16,6 +16,7 @@ from mmt_drake.arms.believed import inertias, with_damping, with_payloads
 from mmt_drake.arms.joint_effects import JointEffects
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.plant import ArmPlant, give_links, weld_held
+from mmt_drake.arms.regressor import tilted_gravity
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.atomic import replacing
@@ -103,8 +104,8 @@ def arm_diagram(model: ArmModel) -> tuple[Diagram, Any]:
             actuator = plant.AddJointActuator(f"rotor_{effect.where}", joint)
             actuator.set_default_rotor_inertia(float(effect.parameters["I"]))
         if effect.name == "gravity_offset":
-            turn = [float(effect.parameters["rx"]), float(effect.parameters["ry"]), 0.0]
-            gravity.set_gravity_vector(gravity.gravity_vector() + np.cross(turn, gravity.gravity_vector()))
+            turn = float(effect.parameters["rx"]), float(effect.parameters["ry"])
+            gravity.set_gravity_vector(tilted_gravity(np.asarray(gravity.gravity_vector()), *turn))
     plant.Finalize()
     arm = ArmPlant(plant, arm.joints, arm.links)
     effects = builder.AddNamedSystem("effects", JointEffects(arm, model))

@@ -252,7 +252,7 @@ ARM_EFFECTS: Final[dict[str, ArmEffect]] = {
             ("rx", "ry"),
             ("rad", "rad"),
             "arm",
-            equation="gravity turned by rx and ry about the axes of the robot's foot, to first order",
+            equation="gravity turned by the rotation vector (rx, ry, 0) of the robot's foot",
             source=_SICILIANO,
             of_plant=True,
             least=(ANY, ANY),

@@ -18,6 +18,8 @@ _FEWEST = 4.0
 """The same of a log, at least."""
 MARGIN_S = 0.3
 """At each end, where a filter has nothing to go by, nothing is compared."""
+_SLOWEST_S = 0.5
+"""A clock that is slower than this may be in milliseconds."""
 _GAP_STEPS, _GAP_PERIODS = 3.0, 0.25
 """A step of the clock that is longer than so many others, and than this part of a period of the band, is a gap."""
 _ORDER = 4
@@ -60,6 +62,7 @@ class ArmMotion:
         own = float(np.median(np.diff(log.time)))
         if own * band_hz > 1.0 / _FEWEST:
             expected = f"{_FEWEST * band_hz:g} Hz or more for a band of {band_hz:g} Hz (`band_hz:` of the model)"
+            expected += "; times are in seconds" if own > _SLOWEST_S else ""
             raise BadInput(log.source, at="time", found=f"{1.0 / own:.3g} Hz", expected=expected)
         time = np.arange(log.time[0], log.time[-1], own)
         q, torque = (

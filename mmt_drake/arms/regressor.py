@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
+from scipy.spatial.transform import Rotation
 
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.numeric.arrays import Array
@@ -25,8 +26,8 @@ class Regressor:
 
     Attributes:
         inertial: (n, joints, 10 links) [N m] for one unit of each number.
-        tilted: (n, joints, 10 links, 2) the same when gravity is turned by 1 rad about the x and the y axis of the
-            robot's foot, to first order, less what it was.
+        tilted: (n, joints, 10 links, 3) the same when gravity is turned by 1 rad about the x and the y axis of the
+            robot's foot, to first order, less what it was; and when it is twice what it was, less that.
     """
 
     inertial: Array
@@ -64,9 +65,9 @@ def regressor(arm: ArmPlant, q: Array, v: Array, a: Array, *, tilted: bool = Tru
                 context, JacobianWrtVariable.kV, frames[k], origin, world, world
             )[:, of]
     gravity = np.asarray(plant.gravity_field().gravity_vector())
-    turns = [np.cross(axis, gravity) for axis in np.eye(3)[:2]]
+    turns = [*(np.cross(axis, gravity) for axis in np.eye(3)[:2]), gravity]
     inertial = np.empty((n, len(of), _TEN * links))
-    turned_by = np.zeros((n, len(of), _TEN * links, 2))
+    turned_by = np.zeros((n, len(of), _TEN * links, len(turns)))
     for k in range(links):
         into = turned[:, k].transpose(0, 2, 1)
         w, alpha, linear = (np.einsum("nij,nj->ni", into, moving[:, k, j]) for j in range(3))
@@ -77,6 +78,12 @@ def regressor(arm: ArmPlant, q: Array, v: Array, a: Array, *, tilted: bool = Tru
         for j, turn in enumerate(turns if tilted else ()):
             turned_by[:, :, own, j] = np.einsum("nwj,nwp->njp", reach, _wrench(still, still, -(into @ turn)))
     return Regressor(inertial, turned_by)
+
+
+def tilted_gravity(gravity: Array, rx: float, ry: float) -> Array:
+    """Gravity (3,) turned by the rotation vector (rx, ry, 0) [rad], in the frame of the robot's foot."""
+    turned: Array = Rotation.from_rotvec([rx, ry, 0.0]).apply(gravity)
+    return turned
 
 
 def _wrench(w: Array, alpha: Array, a: Array) -> Array:

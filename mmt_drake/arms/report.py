@@ -119,11 +119,12 @@ def _joint_table(diagnosis: ArmDiagnosis) -> Table:
     table: list[tuple[str | float | None, ...]] = []
     for joint in diagnosis.joints:
         named = ", ".join(words(e.name) for e in diagnosis.effects if e.where == joint.name and e.certain)
+        nothing = "something, for sure" if joint.name in diagnosis.places else "nothing"
         if not joint.moves:
             table.append((joint.name, joint.spread, None, None, None, None, "did not move"))
             continue
         table.append(
-            (joint.name, joint.spread, joint.nominal, joint.refit, joint.augmented, joint.noise, named or "nothing")
+            (joint.name, joint.spread, joint.nominal, joint.refit, joint.augmented, joint.noise, named or nothing)
         )
     caption = "RMS error of the torque in parts of its spread, on blocks that no choice has seen."
     return Table(headers, table, caption, digits=3)
@@ -133,8 +134,8 @@ def _sure_text(diagnosis: ArmDiagnosis) -> str:
     if not diagnosis.effects:
         return "No effect of the library earned its place on any joint."
     return (
-        "Certain says how deep a name holds: the law, its family, or only the block. Without one it takes part, and "
-        "what stands beside it would explain as much in its place."
+        "Certain says how deep a name holds: the law, its family, or only the block. Without one it is in the model "
+        "that is delivered, but not sure: what stands beside it, if anything does, would explain as much in its place."
     )
 
 

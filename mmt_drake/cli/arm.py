@@ -73,10 +73,11 @@ def simulate_arm(arguments: argparse.Namespace) -> int:
     with replacing(out) as partial:
         if out.suffix == ".npz":
             with partial.open("wb") as file:
-                np.savez_compressed(file, t_s=one.time, tau_Nm=one.predicted, measured_tau_Nm=one.measured)
+                parts = {"tau_Nm": one.predicted, "measured_tau_Nm": one.measured, "counted": one.counted}
+                np.savez_compressed(file, t_s=one.time, **parts)
         else:
-            names = [f"{what}_{j}" for what in ("tau", "measured_tau") for j in range(len(arm.joints))]
-            table = np.column_stack([one.time, one.predicted, one.measured])
+            names = [f"{what}_{j}" for what in ("tau", "measured_tau", "counted") for j in range(len(arm.joints))]
+            table = np.column_stack([one.time, one.predicted, one.measured, one.counted])
             np.savetxt(partial, table, delimiter=",", header=",".join(["time", *names]), comments="", fmt="%.9g")
     errors = ", ".join(f"{name} {error:.4g}" for name, error in zip(arm.joints, one.nrmse, strict=True))
     say(f"{out}: {len(one.time)} samples below {model.band_hz:g} Hz; nrmse of the torque while it moves: {errors}")

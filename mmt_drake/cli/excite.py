@@ -114,6 +114,7 @@ def main(arguments: argparse.Namespace) -> int:
         f"begins and ends at rest at {places}\n{apart}; floor, walls and tools are not known\n"
         f"condition number of the regressor: {told.condition:.3g}"
         + (f"; of {arguments.log}: {log.condition:.3g}" if log else "")
+        + (", which is better already" if log and log.condition < told.condition else "")
     )
     _tell(told, log, str(arguments.log), NOISE)
     return 0

@@ -98,6 +98,8 @@ def test_columns_of_a_turn_of_gravity_are_a_derivative(tmp_path: Path) -> None:
         turn = np.cross(axis, gravity)
         more, less = (drake(path, moves, tuple(gravity + sign * step * turn)) for sign in (1.0, -1.0))
         np.testing.assert_allclose(tilted[:, :, k], (more - less) / (2.0 * step), atol=1e-6)
+    twice = drake(path, moves, (0.0, 0.0, -19.62)) - drake(path, moves, (0.0, 0.0, -9.81))
+    np.testing.assert_allclose(tilted[:, :, 2], twice, atol=1e-9)
 
 
 def test_what_is_held_is_part_of_its_link(tmp_path: Path) -> None:
