@@ -29,6 +29,8 @@ _LIKELIEST = 4
 """Beliefs beyond the file whose joints are searched beside each other."""
 _TURNS = 4
 """Joints whose effects are chosen again beside what the others say, at most."""
+_GUESSED = 0.5
+"""Links are guessed where other numbers change their torque by this part of it, or more."""
 GAIN = 0.05
 """A belief beyond the file earns its place by so much of the squared error of all joints, in the geometric mean."""
 
@@ -96,21 +98,24 @@ def search_beside(found: Believed, joint: int) -> JointSearch:
     return JointSearch(row, Folds(row.sums, found.fit.problem.inner, found.fit.known_without(joint)))
 
 
-def together(found: Believed) -> Believed:
+def together(found: Believed, without: Mapping[int, frozenset[str]] | None = None) -> Believed:
     """With sets of single joints that fit better to what the others say of the numbers that all share.
 
     A joint by itself bends these numbers, such as a payload's, to what no other joint bears out, in the place of an
     effect of its own. The joint whose set is the greatest gain to all comes first.
+
+    Args:
+        found: sets of all joints.
+        without: joint -> effects that are not tried on it.
     """
     weights = np.zeros(len(found.fit.problem.rows))
     for j, own in found.sets.items():
         weights[j] = 1.0 / max(own.fit.cost, 1e-12)
     now = replace(found, fit=replace(found.fit, weights=weights))
-    left_out = _left_out(found.fit.belief, frozenset())
     for _ in range(_TURNS):
         better_ones = []
         for j in now.sets:
-            own = search_beside(now, j).best(left_out)
+            own = search_beside(now, j).best(_left_out(found.fit.belief, (without or {}).get(j, frozenset())))
             if own.terms != now.sets[j].terms:
                 sets = {**now.sets, j: own}
                 better_ones.append(Believed(replace(now.fit, sets={i: s.terms for i, s in sets.items()}), sets))
@@ -131,7 +136,21 @@ def again(found: Believed, problem: ArmProblem, watch: Watch) -> Believed:
     """
     if watch.is_late():
         return replace(found, fit=replace(found.fit, problem=problem))
-    return together(searched(problem, found.fit.belief, found.fit.weights))
+    without = dict.fromkeys(_on_guessed_links(found), frozenset({"load_dependent_friction"}))
+    return together(searched(problem, found.fit.belief, found.fit.weights, without), without)
+
+
+def _on_guessed_links(found: Believed) -> list[int]:
+    """Joints whose links' torque is half another one than the file's, or more: what it is, is hardly known."""
+    fit = found.fit
+    if not fit.numbers_of_links:
+        return []
+    x, nominal, guessed = fit.fitted(fit.problem.inner)[fit.numbers_of_links], fit.problem.nominal, []
+    for j in fit.problem.moving:
+        gram = fit.problem.rows[j].sums[0][fit.problem.inner].sum(axis=0)[: len(x), : len(x)]
+        if x @ gram @ x > _GUESSED**2 * ((nominal + x) @ gram @ (nominal + x)):
+            guessed.append(j)
+    return guessed
 
 
 def _with_together(every: Sequence[Believed], some: Sequence[Believed]) -> list[Believed]:
