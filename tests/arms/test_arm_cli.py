@@ -1,6 +1,7 @@
 """`diagnose` and `simulate` on an arm: what they write, and what they refuse in one line."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -75,9 +76,25 @@ def test_a_diagnosis_of_an_arm_is_written_and_its_model_simulates(folder: Path, 
     assert simulated.status == 0, simulated.error
     assert "nrmse of the torque while it moves: turn 0.00" in simulated.out
     header, *rows = (out / "tau.csv").read_text().splitlines()
-    assert header == "time,tau_0,tau_1,tau_2,measured_tau_0,measured_tau_1,measured_tau_2"
+    assert header.startswith("time,tau_0,tau_1,tau_2,measured_tau_0,measured_tau_1,measured_tau_2,counted_0,")
     table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
-    assert (table[:, 1:4] - table[:, 4:]).std(axis=0).max() < 0.05 * table[:, 5].std()
+    off, moves = table[:, 1:4] - table[:, 4:7], table[:, 7:] == 1.0
+    assert off.std(axis=0).max() < 0.05 * table[:, 5].std()
+    told = float(re.search(r"lift ([\d.e-]+)", simulated.out)[1])
+    own = moves[:, 1]
+    assert np.sqrt((off[own, 1] ** 2).mean()) / table[own, 5].std() == pytest.approx(told, rel=1e-3)
+
+
+def test_a_log_of_joints_without_a_model_is_told_of_arms_in_one_line(folder: Path, run: Run, tmp_path: Path) -> None:
+    log = np.load(folder / "log.npz")
+    every = {"time": log["t_s"]} | {
+        f"{n}_{j}": log[k][:, j] for n, k in (("q", "q_rad"), ("tau", "tau_Nm")) for j in range(3)
+    }
+    table = np.column_stack(list(every.values()))
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=",".join(every), comments="")
+    done = run("diagnose", tmp_path / "log.csv", "--out", tmp_path / "out")
+    assert done.status == 2 and "structure: multibody" in done.error
+    assert len(done.error) < 700 and done.error.count("\n") == 1
 
 
 def test_the_torque_that_is_simulated_is_that_of_the_model(folder: Path, run: Run, tmp_path: Path) -> None:

@@ -1,13 +1,15 @@
 """A planned motion keeps every limit, begins and ends at rest, keeps links apart, and tells more than the example."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import small_arm
 
-from mmt_drake.arms.arm_file import ArmModel, load_arm_model
+from mmt_drake.arms.arm_file import ArmModel, JointEffect, load_arm_model
 from mmt_drake.arms.base_parameters import BaseStructure
+from mmt_drake.arms.believed import with_payloads
 from mmt_drake.arms.excitation import NOISE, Excitation, PlannedMotion, fourier_bases, motion_told, period_of
 from mmt_drake.arms.joint_limits import JointLimits
 from mmt_drake.arms.joint_log import JointLog, load_joint_log
@@ -40,7 +42,7 @@ def two_links(folder: Path, *, balls: bool = False, effort: str = "200") -> ArmM
 def planned(model: ArmModel, seed: int = 0) -> tuple[PlannedMotion, JointLimits, float]:
     arm = ArmPlant.of(model)
     limits = JointLimits.of(arm, model, acceleration=[10.0])
-    structure = BaseStructure.of(arm, arm.inertias().ravel())
+    structure = BaseStructure.of(arm, with_payloads(arm, model).ravel())
     collision = SelfCollision(model, arm) if "collision" in model.robot.read_text() else None
     search = Excitation(structure, limits, period_of(10.0, limits, 3, 8.0), 3, collision)
     course, size = search.admitted(search.best(seed), 10.0, 200.0)
@@ -158,12 +160,17 @@ def test_links_are_kept_apart(tmp_path: Path) -> None:
     assert (2.0 * REACH * np.abs(np.cos(0.5 * free.q[:, 1]))).min() < 2.0 * BALL
 
 
-def test_efforts_are_kept(tmp_path: Path) -> None:
-    """Held straight the arm would need 2.0 * 9.81 * 0.2 + 1.5 * 9.81 * 0.6 = 12.8 N m and more."""
-    model = two_links(tmp_path, effort="12")
+@pytest.mark.parametrize("load_kg", [0.0, 1.0])
+def test_efforts_are_kept(load_kg: float, tmp_path: Path) -> None:
+    """Held straight the arm would need 2.0 * 9.81 * 0.2 + 1.5 * 9.81 * 0.6 = 12.8 N m and more, a payload apart."""
+    bare = two_links(tmp_path, effort="12")
+    effect = JointEffect("payload", "l1", {"m": load_kg, "cx": 0.35, "cy": 0.0, "cz": 0.0})
+    model = replace(bare, effects=(effect,)) if load_kg else bare
     course, limits, _ = planned(model)
     assert (limits.effort == 12.0).all()
     plant = small_arm.plant_of(model.robot)
+    if load_kg:
+        small_arm.with_point(plant, "l1", load_kg, (0.35, 0.0, 0.0))
     plant.Finalize()
     torque = small_arm.inverse_dynamics(plant, small_arm.Moves(course.time, course.q, course.v, course.a))
     assert np.abs(torque).max() <= 9.0 + 1e-6

@@ -25,9 +25,9 @@ WRITERS = ["ros1.bag", "ros2 folder, sqlite3", "ros2 folder, mcap", "ros2 file, 
 
 
 def table(path: Path, names: tuple[str, str, str], separator: str = ",", columns: Any = None) -> Path:
-    """A CSV; a name has `{}` where the joint's number goes."""
+    """A CSV; a name has `{}` where the joint's number goes, or `{joint}` where its name does."""
     time, q, tau = names
-    header = [time, *(q.format(j) for j in range(Q.shape[1])), *(tau.format(j) for j in range(Q.shape[1]))]
+    header = [time, *(name.format(j, joint=joint) for name in (q, tau) for j, joint in enumerate(small_arm.JOINTS))]
     rows = np.column_stack([TIME, Q, TAU]) if columns is None else columns
     lines = [separator.join(header), *(separator.join(f"{value:.9g}" for value in row) for row in rows)]
     path.write_text("\n".join(lines) + "\n")
@@ -101,11 +101,19 @@ def check(log: Any) -> None:
         ("t_s", "q.{}", "tau.{}"),
         ("timestamp", "actual_q_{}", "actual_current_{}"),
         ("time", "q{}", "tau_J{}"),
+        ("time", "q_{joint}", "tau_{joint}"),
     ],
     ids=lambda names: names[1],
 )
 def test_csv_is_read_by_the_names_of_its_columns(names: tuple[str, str, str], separator: str, tmp_path: Path) -> None:
     check(load(table(tmp_path / "log.csv", names, separator), tmp_path))
+
+
+def test_columns_of_some_joints_alone_are_told_with_those_that_lack(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = np.column_stack([TIME, Q[:, [0, 2]], TAU])
+    np.savetxt(path, rows, delimiter=",", header="time,q_0,q_2,tau_0,tau_1,tau_2", comments="")
+    assert "header: found q_0, q_2, no q_1, expected one for each of turn, lift, bend" in refused(path, tmp_path)
 
 
 def test_columns_stand_by_their_numbers_and_not_by_their_order(tmp_path: Path) -> None:

@@ -70,7 +70,7 @@ class ArmScore:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ArmAnswer:
     """What a diagnosis said of a case.
 
     Attributes:
@@ -88,7 +88,7 @@ class Answer:
     seconds: float
 
 
-def diagnosed(folder: Path) -> Answer:
+def diagnosed(folder: Path) -> ArmAnswer:
     """The diagnosis of a case's folder, which has no truth in it."""
     begun = time.perf_counter()
     model = load_arm_model(folder / "model.yaml")
@@ -97,10 +97,10 @@ def diagnosed(folder: Path) -> Answer:
     named = tuple(NamedThing(e.name, e.family, e.block, e.where, e.certain) for e in found.effects)
     mass = next((e.numbers["m"] for e in found.effects if e.name == "payload"), None)
     kg = mass.value if isinstance(mass, Number) else None
-    return Answer(named, found.places, found.verdict, kg, time.perf_counter() - begun)
+    return ArmAnswer(named, found.places, found.verdict, kg, time.perf_counter() - begun)
 
 
-def scored(case: ArmTrialCase, answer: Answer) -> ArmScore:
+def scored(case: ArmTrialCase, answer: ArmAnswer) -> ArmScore:
     """A diagnosis held against the truth."""
     named, unsure = (tuple(n for n in answer.things if bool(n.certain) == sure) for sure in (True, False))
     mass = answer.payload_kg
