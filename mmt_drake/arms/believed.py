@@ -76,7 +76,7 @@ class PreparedLog:
             return self.asked.inertial[:, j, 10 * k : 10 * k + 10]
         return np.einsum("npk,p->nk", self.asked.tilted[:, j, :, :2], self.carried.ravel())
 
-    def moving(self, arm: ArmPlant, model: ArmModel) -> PreparedLog:
+    def moving(self, arm: ArmPlant, model: ArmModel, believed: ArmModel) -> PreparedLog:
         """The same log, with the links, what they carry and the gravity of another model under its other effects.
 
         Gains, friction that grows with the load, and springs act on the torque that moves those. A tilt that is sought
@@ -85,14 +85,17 @@ class PreparedLog:
         Args:
             arm: of the model.
             model: whose links move.
+            believed: that which the log was held against.
         """
         carried, rigid = _moved(arm, model, self.asked)
-        straight = np.zeros_like(rigid)
-        for x in _tilts(arm, model):
-            straight += np.einsum("njpk,p,k->nj", self.asked.tilted[..., :2], carried.ravel(), x)
-        curved = _tilt_torque(arm, model, self.asked, carried) - straight
+        curved = [
+            _tilt_torque(arm, one, self.asked, carried)
+            - np.einsum("njpk,p,k->nj", self.asked.tilted[..., :2], carried.ravel(), sum(_tilts(arm, one), np.zeros(2)))
+            for one in (model, believed)
+        ]
         springs = softened(arm, carried, self.motion, rigid)
-        return replace(self, carried=carried, rigid=rigid, believed=self.believed + curved, softened=springs)
+        total = self.believed + curved[0] - curved[1]
+        return replace(self, carried=carried, rigid=rigid, believed=total, softened=springs)
 
 
 def inertias(arm: ArmPlant, model: ArmModel) -> Array:

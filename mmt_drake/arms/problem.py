@@ -206,7 +206,7 @@ def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog], moving
     numbers = inertias(arm, model)
     delay = likely_delay(every, moves)
     if moving is not None:
-        every = [one.moving(arm, moving) for one in every]
+        every = [one.moving(arm, moving, model) for one in every]
     rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moves, delay) for j in range(len(arm.joints)))
     starts = np.concatenate([np.column_stack([e[:-1], e[1:], np.full(len(e) - 1, i)]) for i, e in enumerate(edges)])
     return ArmProblem(arm, numbers.ravel(), rows, starts, moves)

@@ -59,6 +59,14 @@ def test_a_foot_turned_about_one_axis_alone_is_found(angles: tuple[float, float]
     assert (told["rx"], told["ry"]) == pytest.approx(angles, abs=0.001)
 
 
+def test_a_turn_that_the_model_has_and_the_arm_has_not_is_taken_back(tmp_path: Path) -> None:
+    moves, torque = torques(tmp_path, 3)
+    found = found_in(tmp_path, moves, torque, JointEffect("gravity_offset", "", {"rx": 0.05, "ry": -0.1}))
+    told = {e.name: e.parameters for e in found.model.effects}["gravity_offset"]
+    assert (told["rx"], told["ry"]) == pytest.approx((0.0, 0.0), abs=1e-3)
+    assert max(joint.augmented for joint in found.joints) < 0.02
+
+
 def test_a_payload_on_an_arm_whose_foot_is_turned_is_found_with_that(tmp_path: Path) -> None:
     moves, torque = torques(tmp_path, 3, ry=0.03, load_kg=0.8)
     found = found_in(tmp_path, moves, torque)
