@@ -37,7 +37,7 @@ TRIALS = {
     "trial-remainder": "trial --seed 76 --per-effect 1 --remainder 0.2",
     "trial-foreign": "trial --seed 315 --per-effect 1 --plant foreign",
     "trial-surfaces": "trial --seed 91 --per-effect 3 --plant palpation",
-    "trial-arms": "trial --arms --seed 48 --per-effect 20",
+    "trial-arms": "trial --arms --seed 49 --per-effect 20",
     "trial-real": f"trial --real recordings{''.join(f' --only {name}' for name in _REAL)}",
     "trial-palpation": "trial --real recordings --only dvrk_palpation",
     "trial-further": "trial --real recordings --further",

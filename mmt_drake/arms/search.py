@@ -131,7 +131,8 @@ class JointSearch:
         for term in found.terms:
             end = at + len(term.columns)
             law = ARM_EFFECTS[term.effect]
-            if not law.allows(law.at_bounds(found.fit.x[at:end], self._known.get(term.key, 0.0))):
+            x, known = found.fit.x[at:end], self._known.get(term.key)
+            if not law.allows(x if known is None else law.at_bounds(x, known)):
                 return False
             at = end
         return True

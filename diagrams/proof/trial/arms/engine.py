@@ -58,13 +58,19 @@ class Logged:
 
 
 def bare_urdf(source: Path, target: Path) -> Path:
-    """A robot's file without anything to look at or to touch, which needs no meshes."""
+    """A robot's file without anything to look at or to touch, which needs no meshes, and without friction of joints.
+
+    That is what the model handed in says, in the place of the file.
+    """
     tree = ET.parse(source)
     root = tree.getroot()
     for link in root.iter("link"):
         for kind in ("visual", "collision"):
             for element in link.findall(kind):
                 link.remove(element)
+    for joint in root.iter("joint"):
+        for element in joint.findall("dynamics"):
+            joint.remove(element)
     for kind in ("transmission", "gazebo"):
         for element in root.findall(kind):
             root.remove(element)
