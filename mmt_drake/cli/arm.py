@@ -73,8 +73,9 @@ def simulate_arm(arguments: argparse.Namespace) -> int:
     with replacing(out) as partial:
         if out.suffix == ".npz":
             with partial.open("wb") as file:
-                parts = {"tau_Nm": one.predicted, "measured_tau_Nm": one.measured, "counted": one.counted}
-                np.savez_compressed(file, t_s=one.time, **parts)
+                np.savez_compressed(
+                    file, t_s=one.time, tau_Nm=one.predicted, measured_tau_Nm=one.measured, counted=one.counted
+                )
         else:
             names = [f"{what}_{j}" for what in ("tau", "measured_tau", "counted") for j in range(len(arm.joints))]
             table = np.column_stack([one.time, one.predicted, one.measured, one.counted])
