@@ -94,15 +94,20 @@ def with_look_alikes(effects: Sequence[ArmEffectFound], problem: ArmProblem) -> 
     return tuple(told)
 
 
-def notes_of(found: Believed, problem: ArmProblem, effects: Sequence[ArmEffectFound]) -> tuple[str, ...]:
+def notes_of(
+    found: Believed, problem: ArmProblem, effects: Sequence[ArmEffectFound], factor: Sequence[float] = ()
+) -> tuple[str, ...]:
     """What looks alike, and what was not told.
 
     Args:
         found: what is delivered.
         problem: the logs.
         effects: that were found.
+        factor: torque for one unit of the log's, where the model has one.
     """
     notes = []
+    if factor and any(effect.name == "payload" for effect in effects):
+        notes.append("The payload's mass is as right as `torque: factor`: gains that are 1 % off make it 1 % off.")
     if found.fit.belief.name == "refit":
         notes.append("Inertial numbers of all links scaled, and a gain of every torque, look alike: one is as good.")
     alike: dict[tuple[str, str], list[str]] = {}

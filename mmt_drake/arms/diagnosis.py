@@ -148,7 +148,7 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
         round(time.perf_counter() - begun, 2),
         ahead,
         found.fit.belief.name,
-        (*notes_of(found, problem, effects), *_encoders(arm, springs), *_gaps(logs, model.band_hz)),
+        (*notes_of(found, problem, effects, model.factor), *_encoders(arm, springs), *_gaps(logs, model.band_hz)),
         base,
         watch.missed,
     )

@@ -195,6 +195,14 @@ def test_a_payload_is_found_at_its_link_with_its_place(tmp_path: Path) -> None:
     assert all(0.0 <= moment < 0.002 for moment in moments), "it was a point"
     arm_diagram(found.model)  # refuses what is no body
     assert any("Payload of fore looks like" in note for note in found.notes)
+    assert not any("factor" in note for note in found.notes)
+
+
+def test_the_mass_of_a_payload_that_is_read_by_gains_calls_these_in_question(tmp_path: Path) -> None:
+    moves, rigid = small_arm.rigid(2, tmp_path)
+    log = small_arm.noisy(moves, loaded(moves, rigid, tmp_path), 2)
+    found = diagnose_arm([log], small_arm.model(tmp_path, factor=(2.0,)))  # which the log has by now
+    assert any("as right as `torque: factor`" in note for note in found.notes)
 
 
 def test_a_foot_that_is_not_level_is_found(tmp_path: Path) -> None:
