@@ -112,7 +112,6 @@ def test_in_real_time_a_disk_that_refuses_ends_the_recording_and_not_the_run(
     assert str(recorder.file.path) in told[0] and not (tmp_path / "a.mcap").exists()
 
 
-@pytest.mark.realtime
 def test_in_real_time_a_disk_that_hangs_makes_a_gap_that_is_counted_and_no_tick_waits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
