@@ -12,7 +12,7 @@ from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.plant import ArmPlant
 from mmt_drake.diagrams.proof.trial.arms.cases import EFFECTS, ArmTrialCase, draw_case
 from mmt_drake.diagrams.proof.trial.arms.engine import Concealment
-from mmt_drake.diagrams.proof.trial.arms.run import NamedThing, diagnosed, scored
+from mmt_drake.diagrams.proof.trial.arms.run import ArmAnswer, NamedThing, diagnosed, scored
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +29,9 @@ def test_torques_of_the_engine_are_those_of_drake_s_dynamics(plain: ArmTrialCase
 
 
 def test_where_nothing_is_concealed_nothing_is_named(plain: ArmTrialCase) -> None:
-    named, verdict, mass, _ = diagnosed(plain.folder)
-    assert not any(thing.certain for thing in named) and verdict == "no_mismatch" and mass is None
+    answer = diagnosed(plain.folder)
+    assert not any(thing.certain for thing in answer.things) and not answer.places
+    assert answer.verdict == "no_mismatch" and answer.payload_kg is None
 
 
 def test_the_same_seed_gives_the_same_case(plain: ArmTrialCase, tmp_path: Path) -> None:
@@ -63,7 +64,7 @@ def thing(name: str, where: str, certain: str, family: str = "dry_friction", blo
 )
 def test_a_name_is_false_if_it_is_so_at_the_depth_called_certain(named: NamedThing, false: int, tmp_path: Path) -> None:
     case = ArmTrialCase("c", "ur5", (Concealment("coulomb_friction", "a", {"Fc": 1.0}),), tmp_path)
-    score = scored(case, ((named,), "missing_physics", None, 1.0))
+    score = scored(case, ArmAnswer((named,), (named.where,), "missing_physics", None, 1.0))
     assert len(score.false) == false
 
 
