@@ -218,7 +218,7 @@ def is_late_under_way(late: Believed, none: Believed) -> bool:
         late: with the delay.
         none: without it.
     """
-    away = late.fit.problem.between_turns()
+    away = late.fit.problem.between_turns
     one, other = (replace(b, fit=replace(b.fit, problem=away)) for b in (late, none))
     return bool(np.isfinite(one.cost) and np.isfinite(other.cost)) and better(one, other)
 

@@ -16,7 +16,7 @@ from mmt_drake.arms.joint_motion import JointMotion
 from mmt_drake.arms.laws import ARM_EFFECTS, VISCOUS
 from mmt_drake.arms.motion import ArmMotion
 from mmt_drake.arms.plant import ArmPlant
-from mmt_drake.arms.regressor import Regressor, regressor, tilted_gravity
+from mmt_drake.arms.regressor import Regressor, regressor, tilt_parts
 from mmt_drake.errors import BadInput
 from mmt_drake.numeric.arrays import Array, Flags
 
@@ -88,14 +88,10 @@ class PreparedLog:
             believed: that which the log was held against.
         """
         carried, rigid = _moved(arm, model, self.asked)
-        curved = [
-            _tilt_torque(arm, one, self.asked, carried)
-            - np.einsum("njpk,p,k->nj", self.asked.tilted[..., :2], carried.ravel(), sum(_tilts(arm, one), np.zeros(2)))
-            for one in (model, believed)
-        ]
+        (exact, straight), (exact_before, straight_before) = _tilt(arm, model), _tilt(arm, believed)
+        curved = self.asked.turned(carried, exact - straight - exact_before + straight_before)
         springs = softened(arm, carried, self.motion, rigid)
-        total = self.believed + curved[0] - curved[1]
-        return replace(self, carried=carried, rigid=rigid, believed=total, softened=springs)
+        return replace(self, carried=carried, rigid=rigid, believed=self.believed + curved, softened=springs)
 
 
 def inertias(arm: ArmPlant, model: ArmModel) -> Array:
@@ -177,23 +173,15 @@ def with_payloads(arm: ArmPlant, model: ArmModel) -> Array:
 def _moved(arm: ArmPlant, model: ArmModel, asked: Regressor) -> tuple[Array, Array]:
     """Inertial numbers of the links with what they carry (links, 10), and the torque that moves them (n, joints)."""
     carried = with_payloads(arm, model)
-    return carried, asked.inertial @ carried.ravel() + _tilt_torque(arm, model, asked, carried)
+    return carried, asked.inertial @ carried.ravel() + asked.turned(carried, _tilt(arm, model)[0])
 
 
-def _tilts(arm: ArmPlant, model: ArmModel) -> list[Array]:
-    """By which a model's gravity is turned, (2,) each."""
-    return [coefficients(arm, effect)[0] for effect in model.effects if effect.name == "gravity_offset"]
-
-
-def _tilt_torque(arm: ArmPlant, model: ArmModel, asked: Regressor, carried: Array) -> Array:
-    """What a model's turns of gravity add to the torque of its links, (n, joints)."""
+def _tilt(arm: ArmPlant, model: ArmModel) -> tuple[Array, Array]:
+    """What a model's turns of gravity have of each column of `Regressor.tilted`, (3,): to all orders, and to first."""
     gravity = np.asarray(arm.plant.gravity_field().gravity_vector())
-    turns = np.stack([*(np.cross(axis, gravity) for axis in np.eye(3)[:2]), gravity], 1)
-    added = np.zeros(asked.inertial.shape[:2])
-    for rx, ry in _tilts(arm, model):
-        parts = np.linalg.lstsq(turns, tilted_gravity(gravity, rx, ry) - gravity, rcond=None)[0]
-        added += np.einsum("njpk,p,k->nj", asked.tilted, carried.ravel(), parts)
-    return added
+    angles = [coefficients(arm, effect)[0] for effect in model.effects if effect.name == "gravity_offset"]
+    exact = sum((tilt_parts(gravity, rx, ry) for rx, ry in angles), np.zeros(3))
+    return exact, sum((np.array([rx, ry, 0.0]) for rx, ry in angles), np.zeros(3))
 
 
 def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:
@@ -204,7 +192,6 @@ def prepared(arm: ArmPlant, model: ArmModel, log: JointLog) -> PreparedLog:
         model: what is believed.
         log: of that arm.
     """
-    model = with_damping(arm, model)
     motion = ArmMotion.of(log, model.band_hz)
     asked = regressor(arm, motion.q, motion.v, motion.a)
     carried, rigid = _moved(arm, model, asked)
@@ -253,7 +240,7 @@ class Predicted:
 
 def predicted(arm: ArmPlant, model: ArmModel, log: JointLog) -> Predicted:
     """The torque of a log as a model predicts it from the motion alone (inverse dynamics)."""
-    one = prepared(arm, model, log)
+    one = prepared(arm, with_damping(arm, model), log)
     kept = one.motion.thinning
     counted = np.stack([one.counted(j) for j in range(len(arm.joints))], 1)
     motion = one.motion

@@ -22,7 +22,7 @@ from mmt_drake.arms.joint_log import JointLog
 from mmt_drake.arms.laws import ARM_EFFECTS
 from mmt_drake.arms.motion import ArmMotion, gaps
 from mmt_drake.arms.plant import ArmPlant
-from mmt_drake.arms.problem import Term, arm_problem
+from mmt_drake.arms.problem import Term, problem_of
 from mmt_drake.arms.result import ArmDiagnosis, ArmEffectFound, JointReport, Number
 from mmt_drake.arms.shared_fit import SharedFit
 from mmt_drake.arms.signs import check_signs, check_units
@@ -90,7 +90,8 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
     for log in logs:
         check_units(arm, log)
     watch.begin(_MOTION)
-    problem = arm_problem(arm, model, logs)
+    prepared_logs = [prepared(arm, model, log) for log in logs]
+    problem = problem_of(arm, model, prepared_logs)
     check_signs(problem, logs[0].source)
     noise = np.mean([_noise(log, model.band_hz) for log in logs], axis=0)
     with watch.within(SEARCHING):
@@ -99,7 +100,7 @@ def _diagnosed(logs: Sequence[JointLog], model: ArmModel, watch: Watch) -> ArmDi
             # What acts on the torque that moves the links is read on the links as they were found.
             links, whole = _consistent(found.fit, found.fit.fitted(problem.inner), problem.inner)
             moving = model.with_found(_merged(arm, model, found.fit, whole), links)
-            problem = arm_problem(arm, model, logs, moving)
+            problem = problem_of(arm, model, [one.moving(arm, moving, model) for one in prepared_logs], problem.delay)
             found = again(found, problem, watch)
     found = without_idle_numbers(found)
     every = list(range(len(problem.starts)))

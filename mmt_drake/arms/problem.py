@@ -125,6 +125,7 @@ class ArmProblem:
         rows: of each joint.
         starts: time at which each block begins and ends [s], and its log, (blocks, 3).
         moving: joints that move.
+        delay: by which all torques may be late [s].
     """
 
     arm: ArmPlant
@@ -132,6 +133,7 @@ class ArmProblem:
     rows: tuple[JointRows, ...]
     starts: Array
     moving: tuple[int, ...]
+    delay: float
 
     @property
     def links(self) -> tuple[str, ...]:
@@ -153,6 +155,7 @@ class ArmProblem:
         """Of all its links [kg]."""
         return float(self.nominal[::10].sum())
 
+    @cached_property
     def between_turns(self) -> ArmProblem:
         """The same logs, each joint only while it is under way."""
         return replace(self, rows=tuple(replace(row, counted=row.counted & ~row.turns) for row in self.rows))
@@ -182,34 +185,36 @@ def expected_sizes(nominal: Array) -> Array:
     return np.array(scales)
 
 
-def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog], moving: ArmModel | None = None) -> ArmProblem:
+def arm_problem(arm: ArmPlant, model: ArmModel, logs: Sequence[JointLog]) -> ArmProblem:
+    """The problem of explaining logs, see `problem_of`."""
+    return problem_of(arm, model, [prepared(arm, model, log) for log in logs])
+
+
+def problem_of(arm: ArmPlant, model: ArmModel, every: Sequence[PreparedLog], delay: float | None = None) -> ArmProblem:
     """The problem of explaining logs.
 
     Args:
         arm: of the model.
         model: what is believed.
-        logs: of that arm.
-        moving: whose links, payloads and gravity move under the effects that are sought; those believed unless given.
+        every: logs of that arm, held against the model.
+        delay: by which all torques may be late [s]; what the logs suggest unless given.
 
     Raises:
         BadInput: a log is too short, or nothing moves.
     """
-    every = [prepared(arm, model, log) for log in logs]
     edges = [_edges(one.motion) for one in every]
     if (count := sum(len(e) - 1 for e in edges)) < _FEWEST:
-        seconds = sum(log.duration for log in logs)
+        seconds = sum(one.log.duration for one in every)
         found, expected = f"{seconds:.3g} s", f"{_FEWEST * _SHORTEST_S + 1:g} s or more, of one log or of several"
-        raise BadInput(logs[0].source, found=f"{found} ({count} blocks)", expected=expected)
+        raise BadInput(every[0].log.source, found=f"{found} ({count} blocks)", expected=expected)
     moves = tuple(j for j in range(len(arm.joints)) if any(np.ptp(one.motion.q[:, j]) > STILL for one in every))
     if not moves:
-        raise BadInput(logs[0].source, found="no joint that moves", expected=f"a way of {STILL:g} rad or more")
+        raise BadInput(every[0].log.source, found="no joint that moves", expected=f"a way of {STILL:g} rad or more")
     numbers = inertias(arm, model)
-    delay = likely_delay(every, moves)
-    if moving is not None:
-        every = [one.moving(arm, moving, model) for one in every]
+    delay = likely_delay(every, moves) if delay is None else delay
     rows = tuple(_joint_rows(arm, model, numbers, every, j, j in moves, delay) for j in range(len(arm.joints)))
     starts = np.concatenate([np.column_stack([e[:-1], e[1:], np.full(len(e) - 1, i)]) for i, e in enumerate(edges)])
-    return ArmProblem(arm, numbers.ravel(), rows, starts, moves)
+    return ArmProblem(arm, numbers.ravel(), rows, starts, moves, delay)
 
 
 def _edges(motion: ArmMotion) -> Array:

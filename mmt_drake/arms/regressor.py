@@ -33,6 +33,18 @@ class Regressor:
     inertial: Array
     tilted: Array
 
+    def turned(self, numbers: Array, parts: Array) -> Array:
+        """Torque that a change of gravity adds, (n, joints).
+
+        Args:
+            numbers: (links, 10) inertial numbers.
+            parts: (3,) of each change that `tilted` has columns for.
+        """
+        if not parts.any():
+            return np.zeros(self.inertial.shape[:2])
+        added: Array = np.einsum("njpk,p,k->nj", self.tilted, numbers.ravel(), parts)
+        return added
+
 
 def regressor(arm: ArmPlant, q: Array, v: Array, a: Array, *, tilted: bool = True) -> Regressor:
     """The regressor of a motion.
@@ -65,7 +77,7 @@ def regressor(arm: ArmPlant, q: Array, v: Array, a: Array, *, tilted: bool = Tru
                 context, JacobianWrtVariable.kV, frames[k], origin, world, world
             )[:, of]
     gravity = np.asarray(plant.gravity_field().gravity_vector())
-    turns = [*(np.cross(axis, gravity) for axis in np.eye(3)[:2]), gravity]
+    turns = _turns(gravity)
     inertial = np.empty((n, len(of), _TEN * links))
     turned_by = np.zeros((n, len(of), _TEN * links, len(turns)))
     for k in range(links):
@@ -78,6 +90,22 @@ def regressor(arm: ArmPlant, q: Array, v: Array, a: Array, *, tilted: bool = Tru
         for j, turn in enumerate(turns if tilted else ()):
             turned_by[:, :, own, j] = np.einsum("nwj,nwp->njp", reach, _wrench(still, still, -(into @ turn)))
     return Regressor(inertial, turned_by)
+
+
+def _turns(gravity: Array) -> list[Array]:
+    """Changes of gravity that `Regressor.tilted` has columns for: turned about x, about y, doubled."""
+    return [*(np.cross(axis, gravity) for axis in np.eye(3)[:2]), gravity]
+
+
+def tilt_parts(gravity: Array, rx: float, ry: float) -> Array:
+    """What a turn of gravity has of each change that `Regressor.tilted` has columns for, (3,), to all orders.
+
+    Args:
+        gravity: before (3,) [m/s^2].
+        rx, ry: rotation vector, without its third part [rad].
+    """
+    change = tilted_gravity(gravity, rx, ry) - gravity
+    return np.asarray(np.linalg.lstsq(np.stack(_turns(gravity), 1), change, rcond=None)[0], dtype=np.float64)
 
 
 def tilted_gravity(gravity: Array, rx: float, ry: float) -> Array:

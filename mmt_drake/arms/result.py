@@ -11,13 +11,12 @@ from mmt_drake.arms.arm_file import ArmModel
 from mmt_drake.arms.base_parameters import BaseParameters
 from mmt_drake.arms.forward import WINDOW_S, ForwardErrors
 from mmt_drake.arms.laws import ARM_EFFECTS
+from mmt_drake.arms.verdict import LEAVES
 from mmt_drake.diagnosis.decide.budget import NAMELESS, SHARED, BudgetPart
 from mmt_drake.plain import plain
 
 STANDS_OUT = 8.0
-"""Where something is missing is sure if what takes part there takes so many times what nobody has named ..."""
-LEAVES_ALONE = 1.25
-"""... and other numbers of the links alone leave more than so many times as much, in variance."""
+"""Where something is missing is sure if what takes part there takes so many times what nobody has named."""
 
 
 @dataclass(frozen=True)
@@ -136,8 +135,9 @@ class ArmDiagnosis:
         for joint in self.joints:
             shares = {part.part: part.share for part in joint.budget}
             unsure = any(effect.where == joint.name and not effect.certain for effect in self.effects)
+            stands_out = shares.get(SHARED, 0.0) >= STANDS_OUT * shares.get(NAMELESS, 0.0)
             alone = math.inf if joint.refit is None else (joint.refit / max(joint.augmented, 1e-12)) ** 2
-            if unsure and shares.get(SHARED, 0.0) >= STANDS_OUT * shares.get(NAMELESS, 0.0) and alone > LEAVES_ALONE:
+            if unsure and stands_out and alone > LEAVES["family"]:
                 sure.append(joint.name)
         return tuple(dict.fromkeys(sure))
 

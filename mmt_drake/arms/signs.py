@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.optimize import nnls
 
@@ -64,7 +66,8 @@ def check_signs(problem: ArmProblem, source: str) -> None:
     Raises:
         BadInput: so they are.
     """
-    scales = {j: scale for j in problem.moving if (scale := _scale(problem.rows[j])) is not None}
+    fits = {j: fit for j in problem.moving if (fit := _fitted(problem.rows[j])) is not None}
+    scales = {j: fit.scale for j, fit in fits.items() if fit.scale > 0.0 and fit.left < _MOST}
     if scales and min(max(s, 1.0 / s) for s in scales.values()) > _FAR_OFF:
         j, scale = next(iter(scales.items()))
         raise BadInput(
@@ -73,7 +76,7 @@ def check_signs(problem: ArmProblem, source: str) -> None:
             found=f"{scale:.3g} times what the links ask for on {problem.arm.joints[j]}",
             expected="N m, or N of joints that slide: `torque: {factor: ...}` of the model makes it that",
         )
-    wrong = [problem.arm.joints[j] for j in problem.moving if _is_reversed(problem.rows[j])]
+    wrong = [problem.arm.joints[j] for j, fit in fits.items() if fit.turned < min(_LESS * fit.left, _MOST)]
     if wrong:
         raise BadInput(
             source,
@@ -83,8 +86,18 @@ def check_signs(problem: ArmProblem, source: str) -> None:
         )
 
 
-def _fitted(row: JointRows) -> tuple[float, float, float] | None:
-    """What is left of the torque with its own sign, and with the other; and its size over that of the links."""
+class _SignFit(NamedTuple):
+    """What the motion leaves of a torque of this sign and of the other, in parts of its variance.
+
+    `scale` is the torque over what the links ask for; 0 where these ask for less than half of it.
+    """
+
+    left: float
+    turned: float
+    scale: float
+
+
+def _fitted(row: JointRows) -> _SignFit | None:
     terms = [next((t for t in row.terms if t.effect == name), None) for name in _RESISTING]
     own = [row.columns[:, t.columns[0]] for t in terms if t is not None]
     used = row.counted
@@ -94,17 +107,6 @@ def _fitted(row: JointRows) -> tuple[float, float, float] | None:
     columns, measured = columns - columns.mean(axis=0), row.measured[used] - row.measured[used].mean()
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     fits = [nnls(columns / size, side * measured) for side in (1.0, -1.0)]
-    left = [fit[1] ** 2 / (measured @ measured) for fit in fits]
+    left, turned = (float(fit[1] ** 2 / (measured @ measured)) for fit in fits)
     links = np.linalg.norm(columns[:, 0] / size[0] * fits[0][0][0]) ** 2 / (measured @ measured)
-    return left[0], left[1], float(fits[0][0][0] / size[0]) if links > _MOSTLY_LINKS else 0.0
-
-
-def _is_reversed(row: JointRows) -> bool:
-    fit = _fitted(row)
-    return fit is not None and fit[1] < _LESS * fit[0] and fit[1] < _MOST
-
-
-def _scale(row: JointRows) -> float | None:
-    """The torque over what the links ask for, where that is most of it; None where it is not."""
-    fit = _fitted(row)
-    return fit[2] if fit is not None and fit[2] > 0.0 and fit[0] < _MOST else None
+    return _SignFit(left, turned, float(fits[0][0][0] / size[0]) if links > _MOSTLY_LINKS else 0.0)

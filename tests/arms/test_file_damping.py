@@ -12,6 +12,7 @@ from mmt_drake.arms.arm_file import ArmModel, JointEffect
 from mmt_drake.arms.believed import predicted
 from mmt_drake.arms.deliver import arm_diagram
 from mmt_drake.arms.diagnosis import diagnose_arm
+from mmt_drake.arms.forward import forward
 from mmt_drake.arms.plant import ArmPlant
 
 DAMPING = 0.7
@@ -39,6 +40,17 @@ def test_damping_of_the_file_that_is_not_there_is_told_as_another_value(tmp_path
     viscous = {e.where: e.parameters["b"] for e in found.model.effects}
     for joint in small_arm.JOINTS:
         assert 0.0 <= viscous[joint] < 0.02
+
+
+def test_damping_of_the_file_is_not_taken_off_a_torque_that_a_log_tells_with_a_gain(tmp_path: Path) -> None:
+    moves, rigid = small_arm.rigid(1, tmp_path)
+    gained = (rigid + DAMPING * moves.v) * [1.0, 1.2, 1.0]
+    log = small_arm.noisy(moves, gained, 1, part=0.0)
+    gain = JointEffect("torque_gain", "lift", {"gain": 0.2})
+    viscous = tuple(JointEffect("viscous_friction", joint, {"b": DAMPING}) for joint in small_arm.JOINTS)
+    by_file, by_model = damped(tmp_path, effects=(gain,)), small_arm.model(tmp_path, effects=(gain, *viscous))
+    spans = [(5.0, 6.0), (12.0, 13.0)]
+    np.testing.assert_allclose(forward(by_file, log, spans).rms, forward(by_model, log, spans).rms, rtol=1e-6)
 
 
 @pytest.mark.parametrize("b", [None, 0.0, 0.3])
