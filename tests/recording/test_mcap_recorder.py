@@ -117,14 +117,17 @@ def test_in_real_time_a_disk_that_hangs_makes_a_gap_that_is_counted_and_no_tick_
 ) -> None:
     told: list[str] = []
     diagram, recorder = build(tmp_path / "a.mcap", realtime=True, clouds="full", tell=told.append)
-    write, goes_on = recorder._writer.write_block, threading.Event()
+    write, hangs, goes_on = recorder._writer.write_block, threading.Event(), threading.Event()
 
     def hang(*block: Any) -> None:
+        hangs.set()
         goes_on.wait()
         write(*block)
 
     monkeypatch.setattr(recorder._writer, "write_block", hang)
     simulator = Simulator(diagram)
+    simulator.AdvanceTo(1.5)
+    assert hangs.wait(30.0)  # taken before the queue is full, else its place is free once more and there are two gaps
     simulator.AdvanceTo(12.0)  # would never end if a tick waited
     goes_on.set()
     recorder.settle()
