@@ -30,6 +30,7 @@ WHOLE = 12
 
 _GUESS_WEIGHT = 1e-4
 _SURE, _AT_REST = 2.0, 0.03  # deviations; over the RMS of the rate, the most that counts as rest
+_SLOW = 0.1  # over the mean rate in a lead-in: the body as good as rests
 
 
 @dataclass(frozen=True)
@@ -197,12 +198,28 @@ def _cubic(time: Array, output: Array, end: int) -> tuple[Array, float]:
 
 
 def _guess(time: Array, output: Array, first: int, end: int) -> tuple[Array, Array]:
-    """Position and rate (2,) at the first of some samples by a parabola, and their weights (2,) beside the samples."""
+    """Position and rate (2,) at the first of some samples by a parabola, and their weights (2,) beside the samples.
+
+    A body that is still at rest there and then sets out draws none. Friction would take the parabola's rate off at
+    once, and no fit of the state finds its way from there: where it moves, and the first samples say that it as good as
+    rests, it begins at rest.
+    """
     if end - first < LEAST_LEAD // 2:  # a gap: nothing to fit
         return np.array([output[first], 0.0]), np.zeros(2)
     solution, _, span = _polynomial(time[first:end], output[first:end], 2)
-    state = np.array([solution[0], solution[1] / span])
+    state, slow = np.array([solution[0], solution[1] / span]), _SLOW * float(np.ptp(output[first:end])) / span
+    few = slice(first, min(first + LEAST_LEAD, end))
+    if abs(state[1]) > slow and _rests(time[few], output[few], slow):
+        state = np.array([np.mean(output[few]), 0.0])
     return state, _weight(time[first:end])
+
+
+def _rests(time: Array, output: Array, slow: float) -> bool:
+    """Whether some samples' mean rate is surely no more than slow."""
+    solution, powers, span = _polynomial(time, output, 1)
+    left = output - powers @ solution
+    deviation = np.sqrt(12.0 / len(time) * (left @ left) / (len(time) - 2))  # of a slope over evenly spaced samples
+    return bool(abs(solution[1]) + _SURE * deviation <= slow * span)
 
 
 def _weight(time: Array) -> Array:

@@ -43,6 +43,15 @@ def recorded(body, *, drive=INPUT, noise=NOISE, position=0.0, rate=0.0):
     return Recording(TIME, {"input": INPUT, "output": noisy}, "carriage"), np.column_stack([output, rates])
 
 
+def test_a_body_that_its_drive_sets_in_motion_at_once_begins_at_rest_and_one_that_moves_does_not():
+    body, growing = DrivenBodyModel(m=2.0, b=1.5, Fc=0.9), 4.0 * np.sin(1.3 * TIME) + 3.0 * np.sin(3.1 * TIME + 0.4)
+    recording, _ = recorded(body, drive=growing)
+    position, rate = Windows.of(TIME, recording["output"], 5.0).guess[0]
+    assert rate == 0.0 and position == pytest.approx(0.0, abs=NOISE)
+    moving, _ = recorded(body, drive=growing, rate=0.5)
+    assert Windows.of(TIME, moving["output"], 5.0).guess[0, 1] > 0.3
+
+
 @pytest.mark.parametrize("body", [BODY, SETTING_IN], ids=["friction of now", "friction that remembers"])
 @pytest.mark.parametrize("length", [1.0, 2.5, 5.0])
 def test_no_held_out_sample_sets_a_state_that_is_scored(body, length):

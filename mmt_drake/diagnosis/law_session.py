@@ -234,8 +234,9 @@ class LawSession(DiagnosisSession):
         count = len(best.hypothesis.effects)
         tried = len({f.hypothesis.key for level in levels for f in level if len(f.hypothesis.effects) == count})
         confirmed = is_confirmed(standard.problem, refit, best, believed, fits, tried)
-        gain = standard.gain(refit, best)
-        if not (confirmed and gate.is_worth_naming(gain, standard.left(refit), standard.left(best))):
+        gain, ruler = standard.gain(refit, best), self.ruler(standard.problem)
+        is_worth_naming = confirmed and gate.is_worth_naming(gain, standard.left(refit), standard.left(best))
+        if not is_worth_naming or ruler.of(self.model) <= ruler.of(best.model):  # a refit may predict worse than both
             return None
         verdict, of_refit = self.on_physics(best, refit, standard, shares)
         may_be_nameless = verdict == "partly_explained" and gate.leaves_much_of(of_refit)

@@ -350,6 +350,30 @@ def test_a_fit_that_must_not_be_named_rules_out_but_does_not_speak_against(probl
     assert [f.hypothesis.key for f in alone.members] == [pair]
 
 
+@pytest.mark.parametrize(("chance", "depth"), [(1e-3, "family"), (0.05, "law")])
+def test_friction_that_sets_in_as_fast_as_any_recording_shows_does_not_rule_out_coulomb_s_law(
+    problem, monkeypatch, chance, depth
+) -> None:
+    """It leaves half as much, so it is the best; it is Coulomb friction by its own number, and that keeps its name."""
+    noise = np.random.default_rng(0).standard_normal(len(problem.blocks()))
+    best = noise * np.sqrt(problem.samples() / (noise @ noise))
+    size = {"": 100.0, "coulomb_friction": 2.0, "smooth_coulomb_friction": 1.0}
+    leaving(monkeypatch, lambda _, fitted: size[" ".join(fitted.hypothesis.names)] * best)
+    monkeypatch.setattr(confidence, "turns", lambda problem, fitted: True)
+    monkeypatch.setattr(confidence, "off_in_free_space", lambda problem, fitted: 0.0)
+    monkeypatch.setattr(confidence, "at_bounds", lambda fitted: frozenset())
+    monkeypatch.setattr(confidence, "in_most_blocks", lambda numbers, worse, better, noise: 1.0)
+    monkeypatch.setattr(confidence, "_with_unseen", lambda problem, fitted, best, seen: seen)
+    monkeypatch.setattr(
+        confidence, "by_chance", lambda numbers, worse, better, noise: chance if worse @ worse > better @ better else 1.0
+    )
+    smooth = frozenset(["smooth_coulomb_friction"])
+    monkeypatch.setattr(confidence, "absent", lambda problem, fitted: smooth)
+    held = ConfidenceSet.of(problem, telling(*size).members, {smooth: smooth})
+    assert {"coulomb_friction"} in [f.hypothesis.key for f in held.members]
+    assert replace(held, members=held.members[-1:]).depth(LIBRARY["coulomb_friction"]) == depth
+
+
 def test_what_could_do_without_a_name_is_compared() -> None:
     """The best, the best single one, and the two best without the law, the family and the block of either effect."""
     sets = ("coulomb_friction force_bias", "coulomb_friction force_drift", "stribeck_friction", "quadratic_drag")

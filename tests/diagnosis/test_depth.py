@@ -4,7 +4,9 @@ import pytest
 
 from mmt_drake.diagnosis.decide.depth import (
     SLIGHT,
+    beside_another_curve,
     beside_another_size,
+    beside_its_block,
     beside_its_kin,
     beside_the_nameless,
     beside_the_untried,
@@ -80,3 +82,29 @@ def test_a_slight_effect_beside_a_great_one_may_be_what_that_law_gets_wrong(
     effect, beside = LIBRARY["stribeck_friction"], LIBRARY[other]
     assert beside_another_size(depth, effect, {effect: share, beside: 0.5}) == said
     assert beside_another_size(depth, beside, {effect: share, beside: 0.5}) == of_the_great
+
+
+@pytest.mark.parametrize(
+    ("names", "bent", "said"),
+    [
+        ("smooth_coulomb_friction", "", "family"),
+        ("smooth_coulomb_friction", "smooth_coulomb_friction", "block"),  # a damper that levels off
+        ("smooth_coulomb_friction coulomb_friction", "", "block block"),  # which the two may draw, too
+        ("coulomb_friction quadratic_drag", "quadratic_drag", "family family"),
+        ("time_delay viscoelastic_relaxation", "", "family family"),
+        ("time_delay viscoelastic_relaxation", "time_delay", "family None"),  # a lag: no delay, and no relaxation
+    ],
+)
+def test_a_curve_that_is_another_one_takes_the_family_and_a_delay_that_is_none_the_names_beside_it(
+    names, bent, said
+) -> None:
+    effects = [LIBRARY[name] for name in names.split()]
+    found = [beside_another_curve("family", effect, effects, frozenset(bent.split())) for effect in effects]
+    assert list(map(str, found)) == said.split()
+
+
+def test_no_law_is_sure_beside_an_effect_of_its_block_of_which_the_block_alone_is() -> None:
+    lag, tip, spring = (LIBRARY[name] for name in ("force_lag", "tip_mass", "nonlinear_stiffness"))
+    assert lag.block == tip.block != spring.block
+    found = beside_its_block({lag: "law", tip: "block", spring: "law"})
+    assert found == {"force_lag": "family", "tip_mass": "block", "nonlinear_stiffness": "law"}

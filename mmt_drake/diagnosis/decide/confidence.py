@@ -16,7 +16,7 @@ from mmt_drake.diagnosis.fit.comparison import at_bounds
 from mmt_drake.diagnosis.fit.floors import noise_kept_out
 from mmt_drake.diagnosis.fit.free_space import SURELY, leaves_an_offset, off_in_free_space
 from mmt_drake.diagnosis.fit.left_out import by_chance, in_most_blocks, jointly, left_out
-from mmt_drake.diagnosis.fit.one_pass import may_be_any_curve
+from mmt_drake.diagnosis.fit.one_pass import may_be_any_curve, passes_once
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent, chance, vanishing
 from mmt_drake.diagnosis.search.equal import always_equal, are_equal, equal_sets, turns
@@ -59,6 +59,7 @@ class ConfidenceSet:
         drawing: members that hold a simpler one as a special case (`Effect.holds`) and leave next to nothing less than
             it does: they say what that one says, and a little more.
         left: set of effects -> what its fit leaves of what it has not seen, a sum of squares.
+        finer: laws that another one draws, which is next to them (`at_their_limits`) and explains more than chance would.
     """
 
     members: tuple[Fitted, ...]
@@ -69,6 +70,7 @@ class ConfidenceSet:
     rivals: tuple[Fitted, ...] = ()
     drawing: frozenset[frozenset[str]] = frozenset()
     left: Mapping[frozenset[str], float] = field(default_factory=dict)
+    finer: frozenset[str] = frozenset()
 
     @property
     def standing(self) -> frozenset[frozenset[str]]:
@@ -82,7 +84,8 @@ class ConfidenceSet:
         """The confidence set of fits of one problem, that of no effect among them.
 
         A fit with an effect that must not be named rules out others like any fit. It is a member only where nothing
-        else remains: a law that draws another one, its further numbers at nothing, does not speak against that one.
+        else remains: a law that draws another one, its further numbers at nothing, does not speak against that one. Nor
+        does it rule that one out: that one is then no surer than its family.
 
         Args:
             problem: what was fitted.
@@ -92,7 +95,8 @@ class ConfidenceSet:
         numbers = problem.blocks()
         left = _as_noisy(problem, fits)
         costs = [float(r @ r) for r in left]
-        best = min(range(len(fits)), key=costs.__getitem__)
+        limits = at_their_limits(problem, fits, unsaid)
+        best = min((i for i in range(len(fits)) if i not in limits), key=costs.__getitem__)
         noise = problem.samples() / len(numbers)
         chances = [by_chance(numbers, r, left[best], noise) for r in left]
         for i, cost in enumerate(costs):
@@ -127,7 +131,14 @@ class ConfidenceSet:
 
         members = tuple(f for f in found.members if not is_at_a_limit(f))
         drawing = frozenset(f.hypothesis.key for f in members if any(_is_simpler(one, f) for one in near))
-        return replace(found, members=members, turning=turns(problem, fits[best]), rivals=rivals, drawing=drawing)
+        finer = frozenset(
+            law
+            for i, held in limits.items()
+            for law, j in held.items()
+            if by_chance(numbers, left[j], left[i], noise) < RULED_OUT
+        )
+        turning = turns(problem, fits[best])
+        return replace(found, members=members, turning=turning, rivals=rivals, drawing=drawing, finer=finer)
 
     @classmethod
     def sifted(
@@ -187,7 +198,8 @@ class ConfidenceSet:
             return None
         for depth in get_args(Depth):
             against = self.members if depth == "block" else (*self.members, *self.rivals)
-            if depth == "law" and any(self._takes_more_with_kin(effect, f) for f in self.stood):
+            takes_more = effect.name in self.finer or any(self._takes_more_with_kin(effect, f) for f in self.stood)
+            if depth == "law" and takes_more:
                 continue
             if all(has(f, effect, depth) or (depth != "law" and self._draws(f, effect)) for f in against):
                 return depth
@@ -241,6 +253,34 @@ def contradicted(problem: Problem, fits: Sequence[Fitted], chances: Sequence[flo
         return no_more and off[i] > MUCH_FARTHER * max(off[j], SURELY)
 
     return [i for i in standing if any(rules_out(j, i) for j in standing if fits[j].hypothesis.effects)]
+
+
+def at_their_limits(
+    problem: Problem, fits: Sequence[Fitted], unsaid: Mapping[frozenset[str], frozenset[str]]
+) -> dict[int, dict[str, int]]:
+    """Which fits draw a simpler law, and that is all they may say: the law -> the fit that has it in their law's place.
+
+    Friction that sets in as fast as any recording shows is Coulomb friction. Where all goes by once a law of more
+    numbers may be any curve (`may_be_any_curve`), and says nothing of a simpler one.
+
+    Args:
+        problem: what was fitted.
+        fits: of different sets of effects.
+        unsaid: set of effects -> those of them that must not be named.
+    """
+    found: dict[int, dict[str, int]] = {}
+    for i, fitted in enumerate(() if passes_once(problem, fits[0]) else fits):
+        hidden = unsaid.get(fitted.hypothesis.key, frozenset())
+        held = {
+            one.name: j
+            for j, other in enumerate(fits)
+            if not unsaid.get(other.hypothesis.key)
+            for law, one in _exchanged(fitted, other)
+            if law.name in hidden and is_kin(law, one) and one.name in law.holds
+        }
+        if held and not at_bounds(fitted) and hidden <= absent(problem, fitted):
+            found[i] = held
+    return found
 
 
 def _without_effects(fits: Sequence[Fitted], costs: Sequence[float]) -> float:

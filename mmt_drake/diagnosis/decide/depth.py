@@ -22,6 +22,11 @@ SLIGHT = 0.03
 one no surer than its family."""
 
 
+_TIMING = "timing"
+_SMOOTH = "smooth_coulomb_friction"
+"""Friction that is a curve over the speed, and never holds: dampers level off like it."""
+
+
 class Placed(Protocol):
     """What has a name at every depth, and an axis."""
 
@@ -84,6 +89,42 @@ def beside_its_kin(depth: Depth | None, effect: Placed, others: Iterable[Placed]
         others: the set, with it or without.
     """
     return "family" if depth == "law" and any(is_kin(other, effect) for other in others) else depth
+
+
+def beside_another_curve(
+    depth: Depth | None, effect: Placed, effects: Iterable[Placed], bent: frozenset[str]
+) -> Depth | None:
+    """How deep a name holds where an effect of its set depends on a signal in another way than its law says.
+
+    A lag is nearly a delay, and what it is beside that a spring and a damper draw: beside a delay that is none no other
+    name is sure. And a curve over the speed that is another one, or needs kin to be drawn, is of no family.
+
+    Args:
+        depth: that all explanations share.
+        effect: that is named.
+        effects: the set.
+        bent: names of those of it that are another curve, or as it seems no delay.
+    """
+    effects = list(effects)
+    if effect.family != _TIMING and any(one.family == _TIMING and one.name in bent for one in effects):
+        return None
+    smooth = [one for one in effects if one.name == _SMOOTH]
+    of_none = any(one.name in bent or any(is_kin(one, other) for other in effects) for one in smooth)
+    is_near = any(one is effect or is_kin(one, effect) for one in smooth)
+    return "block" if depth is not None and of_none and is_near else depth
+
+
+def beside_its_block(depths: Mapping[Placed, Depth | None]) -> dict[str, Depth | None]:
+    """Name -> how deep it holds beside others of its block of which no more than that is sure: no law is then.
+
+    Args:
+        depths: of each effect of a set.
+    """
+    block = AT["block"]
+    vague = {block(effect) for effect, depth in depths.items() if depth == "block"}
+    return {
+        effect.name: "family" if depth == "law" and block(effect) in vague else depth for effect, depth in depths.items()
+    }
 
 
 def beside_another_size(depth: Depth | None, effect: Effect, shares: Mapping[Effect, float]) -> Depth | None:

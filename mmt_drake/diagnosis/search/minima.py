@@ -141,7 +141,8 @@ def _instead(
     rest = next((fit for x in starts if (fit := attempt(problem.at, hypothesis, x)) is not None), None)
     if rest is None:
         return []
-    tries = all_starts(Seed.on_parts(rest, problem.eased(rest)[:1]), laws, setup.scales)
+    seeds = Seed.on_parts(rest, problem.eased(rest)[:1]) or Seed.on_parts(rest, [problem])
+    tries = all_starts(seeds, laws, setup.scales)
     known = {**best.structure_values, **best.effect_values[effect.name]}
     own = [(start.effect.name, start.values) for start in tries]
     carried = {(a.effect.name, *a.values.values()): a for a in (_carried(start, known) for start in tries)}

@@ -145,7 +145,10 @@ def _one_more(
         return []
     setup.watch.begin(LEVELS[count])
     parts = setup.problem.eased(best)[:1]
-    first, *beside = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
+    begun = [begun for seed in seeds for begun in Seed.on_parts(seed, parts)]
+    if not begun:
+        return []
+    first, *beside = begun
     tries = [
         *all_starts([first], setup.library, setup.scales),
         *_further(beside, _best_starts(screened)),
@@ -205,7 +208,8 @@ def _origins(problem: Problem, base: Fitted) -> list[Seed]:
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     is_another = nominal.cost > _ALIKE * base.cost or bool(at_bounds(base))
     others = Seed.on_parts(nominal, parts) if is_another else []
-    return [*Seed.on_parts(base, parts, steps=SETTLING_STEPS), *others]
+    own = Seed.on_parts(base, parts, steps=SETTLING_STEPS) or Seed.on_parts(base, [problem])
+    return [*own, *others]
 
 
 def _in_full(setup: SearchSetup, screened: Sequence[Screened], least: float, enough: Enough) -> list[Fitted]:
@@ -238,14 +242,14 @@ def _beside(
         singles: all fits of one effect.
     """
     parts = setup.problem.eased(seeds[0])[:1]
-    first, *others = (begun for seed in seeds for begun in Seed.on_parts(seed, parts))
+    begun = [begun for seed in seeds for begun in Seed.on_parts(seed, parts)]
     starts = _best_starts(screened)
     base, *nominal = {id(origin.fitted): origin.fitted for origin in origins}.values()
     alone = [(base, singles), *((one, _from(one, screened)) for one in nominal)]
     return [
-        *all_starts([first], setup.library, setup.scales),
-        *_further(others, starts),
-        *_at_what_is_left(setup, [first, *others]),
+        *(all_starts(begun[:1], setup.library, setup.scales) if begun else ()),
+        *_further(begun[1:], starts),
+        *_at_what_is_left(setup, begun),
         *_together(setup, singles, [replace(start, seed=origins[0]) for start in starts.values()]),
         *(start for origin, fits in alone for start in _added(setup.problem, origin, fits)),
     ]

@@ -48,9 +48,14 @@ class Seed:
 
     @classmethod
     def on_parts(cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0) -> list[Seed]:
-        """A fit, to be screened on each of several parts; on each it may take some steps more."""
-        near = [part.fit(fitted.hypothesis, fitted.x, steps=steps, secant=True) if steps else fitted for part in parts]
-        return [cls(fitted, part, part.at(one.hypothesis, one.x)) for part, one in zip(parts, near, strict=True)]
+        """A fit, to be screened on each of several parts where it can be simulated; on each it may take steps more."""
+
+        def near(part: Problem) -> Fitted:
+            one = part.fit(fitted.hypothesis, fitted.x, steps=steps, secant=True) if steps else fitted
+            return part.at(one.hypothesis, one.x)
+
+        found = ((part, attempt(near, part)) for part in parts)
+        return [cls(fitted, part, begun) for part, begun in found if begun is not None]
 
 
 @dataclass(frozen=True)

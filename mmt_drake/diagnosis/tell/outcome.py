@@ -10,7 +10,9 @@ from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, as_good_kin
 from mmt_drake.diagnosis.decide.depth import (
     MOST_NAMELESS,
     Depth,
+    beside_another_curve,
     beside_another_size,
+    beside_its_block,
     beside_its_kin,
     beside_the_nameless,
     beside_the_untried,
@@ -157,7 +159,9 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement, alike
         unsure |= judgement.bent | of_no_mass(delivered, known_to) | as_good_kin(named, ranked, errors)
         if leaves_much_of(judgement.of_refit):
             unsure |= named.hypothesis.key
-        depths = {e.name: _depth(e, named, believed, judgement, e.name in unsure) for e in named.hypothesis.effects}
+        depths = beside_its_block(
+            {e: _depth(e, named, believed, judgement, e.name in unsure) for e in named.hypothesis.effects}
+        )
         effects = (*document.named(delivered, known_to, depths), *effects)
         alternatives = document.alternatives(named, rivals, ranked, believed, reasons)
     mismatch = Mismatch() if nothing else locate(problem, judgement.refit, ranked, named, judgement.shapes)
@@ -202,6 +206,7 @@ def _depth(
     untried = _untried_for(effect, named, judgement.untried, nameless > MOST_NAMELESS * own)
     depth = beside_the_nameless(believed.depth(effect), own, nameless, may_be_other, shares[SHARED])
     depth = beside_another_size(depth, effect, {e: shares[e.name] for e in named.hypothesis.effects})
+    depth = beside_another_curve(depth, effect, named.hypothesis.effects, judgement.bent)
     return beside_the_untried(beside_its_kin(depth, effect, named.hypothesis.effects), effect, untried)
 
 
