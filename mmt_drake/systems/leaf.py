@@ -21,6 +21,7 @@ from pydrake.systems.framework import (
 )
 
 from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.errors import BadInput
 from mmt_drake.model.held_body import HELD_SIZE
 from mmt_drake.model.message_layout import MESSAGE_SIZE
 from mmt_drake.model.parameters import FORCE_LATENESS, THETA
@@ -104,12 +105,21 @@ class LeafSystem(framework.LeafSystem, metaclass=_OneDict):
         return {self.time_ticket(), *(port.ticket() for port in ports)}
 
     def declare_function(self, name: str, size: int, function: Callable[..., Any]) -> None:
-        """Declare an output that is a function of time and all inputs: function(t, *inputs), a number or a vector."""
+        """Declare an output that is a function of time and all inputs: function(t, *inputs), a number or a vector.
+
+        Raises:
+            BadInput: as it runs: the function returns another number of numbers.
+        """
         held = self._weak(function)
         owner: Callable[[], Any] = weakref.ref(self)
 
         def calc(context: Context, output: BasicVector) -> None:
-            output.SetFromVector(np.atleast_1d(held(context.get_time(), *owner().inputs_at(context))))
+            system = owner()
+            value = np.atleast_1d(held(context.get_time(), *system.inputs_at(context)))
+            if value.shape != (size,):
+                found = f"{value.size} numbers of shape {value.shape}"
+                raise BadInput(type(system).__name__, at=name, found=found, expected=f"{size} numbers in a row")
+            output.SetFromVector(value)
 
         self.DeclareVectorOutputPort(name, size, calc, self.tickets(self._reads))
 

@@ -365,7 +365,7 @@ def test_friction_that_sets_in_as_fast_as_any_recording_shows_does_not_rule_out_
     monkeypatch.setattr(confidence, "in_most_blocks", lambda numbers, worse, better, noise: 1.0)
     monkeypatch.setattr(confidence, "_with_unseen", lambda problem, fitted, best, seen: seen)
     monkeypatch.setattr(
-        confidence, "by_chance", lambda numbers, worse, better, noise: chance if worse @ worse > better @ better else 1.0
+        confidence, "by_chance", lambda _, one, other, noise: chance if one @ one > other @ other else 1
     )
     smooth = frozenset(["smooth_coulomb_friction"])
     monkeypatch.setattr(confidence, "absent", lambda problem, fitted: smooth)

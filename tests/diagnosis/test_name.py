@@ -22,6 +22,7 @@ from mmt_drake.diagnosis.search.watch import SearchSetup, Stage, Watch
 from mmt_drake.diagrams.proof.trial.laws import Concealed
 from mmt_drake.diagrams.proof.trial.session import ContactSession
 from mmt_drake.effects import LIBRARY
+from mmt_drake.errors import MmtError
 
 
 @dataclass(frozen=True)
@@ -303,3 +304,15 @@ def test_beside_a_fit_that_bounds_hold_the_numbers_handed_in_are_an_origin_whate
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     assert at_bounds(base) >= {"m", "k2"} and base.cost < nominal.cost < 1.1 * base.cost
     assert {origin.fitted.cost for origin in _origins(problem, base)} == {base.cost, nominal.cost}
+
+
+def test_a_seed_is_screened_on_those_parts_alone_where_it_can_be_simulated():
+    problem, base, _ = fitted_base(CUBIC)
+
+    class Diverging(Problem):
+        def objective(self, model, skew):
+            raise MmtError("the simulation diverges")
+
+    diverging = Diverging(problem.tracks, problem.coarse)
+    assert [seed.part for seed in Seed.on_parts(base, [diverging, problem])] == [problem]
+    assert Seed.on_parts(base, [diverging], steps=2) == []

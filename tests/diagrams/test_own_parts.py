@@ -13,6 +13,7 @@ from mmt_drake.diagrams.proof.studies import Asked
 from mmt_drake.diagrams.stations.estimators import KINDS, OwnEstimator, estimator_name
 from mmt_drake.diagrams.stations.own_parts import part_ports
 from mmt_drake.diagrams.stations.renderers import OwnRenderer
+from mmt_drake.errors import BadInput
 from mmt_drake.estimation.options import RlsOptions
 from mmt_drake.model.parameters import THETA
 from mmt_drake.recording import load
@@ -180,3 +181,16 @@ def test_a_scenario_s_file_names_code_only_where_it_is_trusted(here: Path, capsy
     trusted = mmt.load_scenario("own.yaml", trust_library=True)
     assert trusted.estimator == OwnEstimator("my.py:MyEstimator")
     assert isinstance(mmt.load_scenario("own.yaml", ["estimator=!RlsOptions {}"]).estimator, RlsOptions)
+
+
+def test_an_output_that_is_of_another_size_as_it_runs_is_told_with_its_port(here: Path) -> None:
+    Path("short.py").write_text(
+        "import mmt_drake as mmt\n"
+        "class Short(mmt.LeafSystem):\n"
+        "    def __init__(self, period):\n"
+        "        super().__init__()\n"
+        "        self.declare_inputs('motion')\n"
+        "        self.declare_function('force', 3, lambda t, motion: (0.0, 0.0))\n"
+    )
+    with pytest.raises(BadInput, match=r"Short: force: found 2 numbers .*expected 3 numbers"):
+        mmt.build_station(mmt.load_scenario("setup1"), renderer="short.py:Short", record="short.mcap").simulate(1.0)

@@ -59,7 +59,7 @@ class ConfidenceSet:
         drawing: members that hold a simpler one as a special case (`Effect.holds`) and leave next to nothing less than
             it does: they say what that one says, and a little more.
         left: set of effects -> what its fit leaves of what it has not seen, a sum of squares.
-        finer: laws that another one draws, which is next to them (`at_their_limits`) and explains more than chance would.
+        finer: laws that another one next to them draws (`at_their_limits`), which explains more than chance would.
     """
 
     members: tuple[Fitted, ...]

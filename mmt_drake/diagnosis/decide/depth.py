@@ -123,7 +123,8 @@ def beside_its_block(depths: Mapping[Placed, Depth | None]) -> dict[str, Depth |
     block = AT["block"]
     vague = {block(effect) for effect, depth in depths.items() if depth == "block"}
     return {
-        effect.name: "family" if depth == "law" and block(effect) in vague else depth for effect, depth in depths.items()
+        effect.name: "family" if depth == "law" and block(effect) in vague else depth
+        for effect, depth in depths.items()
     }
 
 

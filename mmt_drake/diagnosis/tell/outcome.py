@@ -180,7 +180,7 @@ def outcome_of(prepared: Prepared, model: Structure, judgement: Judgement, alike
         preflight=(*prepared.findings, *alike),
         candidates=document.candidates(ranked, rivals, reasons),
         tried=judgement.tried,
-        untried=judgement.untried,
+        untried=tuple(one for one in judgement.untried if named is None or _key(one) != named.hypothesis.key),
         recordings=tuple(recording.source for recording in prepared.recordings),
         further_fits=tuple(further),
         at_bounds=tuple(sorted(at_bounds(judgement.refit))),
@@ -215,11 +215,16 @@ def _untried_for(effect: Effect, named: Fitted, untried: Iterable[str], more_is_
 
     Where more is missing that has no name, they may have come with a further effect, which takes that.
     """
-    sets = [set(names.split(" + ")) for names in untried]
+    sets = [_key(names) for names in untried]
     further = [names - named.hypothesis.key for names in sets if effect.name not in names]
     most = 2 if more_is_missing else 1
     found = {name for others in further if len(others) <= most for name in others if name in LIBRARY}
     return [LIBRARY[name].within(named.hypothesis.nominal) for name in sorted(found)]
+
+
+def _key(names: str) -> frozenset[str]:
+    """The set of effects of a name that stands for all of them."""
+    return frozenset(names.split(" + "))
 
 
 def refused(prepared: Prepared, model: Structure, reason: str | None = None) -> Outcome:
