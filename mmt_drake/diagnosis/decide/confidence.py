@@ -21,6 +21,7 @@ from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import absent, chance, vanishing
 from mmt_drake.diagnosis.search.equal import always_equal, are_equal, equal_sets, turns
 from mmt_drake.effects.effect import Effect
+from mmt_drake.model.structure import PositionOut
 from mmt_drake.numeric.arrays import Array
 
 RULED_OUT = 0.01
@@ -269,7 +270,9 @@ def at_their_limits(
         unsaid: set of effects -> those of them that must not be named.
     """
     found: dict[int, dict[str, int]] = {}
-    for i, fitted in enumerate(() if passes_once(problem, fits[0]) else fits):
+    if isinstance(fits[0].hypothesis.nominal, PositionOut) and passes_once(problem, fits[0]):
+        return found
+    for i, fitted in enumerate(fits):
         hidden = unsaid.get(fitted.hypothesis.key, frozenset())
         held = {
             one.name: j
