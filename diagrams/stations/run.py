@@ -8,6 +8,7 @@ from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.own_parts import Make
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station, worth_spreading
+from mmt_drake.errors import check_number
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.files import check_target
 from mmt_drake.recording.mcap_writer import whole_or_none
@@ -32,8 +33,10 @@ def run(
         estimator, renderer: of one's own, as for `build_station`.
 
     Raises:
-        BadInput: as `build_station`; or the file cannot be written.
+        BadInput: as `build_station`; or no time to run; or the file cannot be written.
     """
+    if seconds is not None:
+        check_number("run", "seconds", seconds, least=0.0, open_interval=True)
     chosen = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     hand = operator if operator is None or isinstance(operator, Recording) else load_operator(str(operator))
     if hand is not None:

@@ -33,3 +33,9 @@ def test_a_name_that_is_no_recording_s_is_refused_before_the_run(tmp_path: Path)
     with pytest.raises(BadInput, match=r"a\.txt: found"):
         mmt.run("setup1", seconds=0.1, record=tmp_path / "a.txt")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("seconds", [-1.0, 0.0, float("nan")])
+def test_no_time_to_run_is_told_before_anything_is_built(seconds: float) -> None:
+    with pytest.raises(BadInput, match="run: seconds: found"):
+        mmt.run("setup1", seconds=seconds)
