@@ -316,3 +316,4 @@ def test_a_seed_is_screened_on_those_parts_alone_where_it_can_be_simulated():
     diverging = Diverging(problem.tracks, problem.coarse)
     assert [seed.part for seed in Seed.on_parts(base, [diverging, problem])] == [problem]
     assert Seed.on_parts(base, [diverging], steps=2) == []
+    assert [seed.part for seed in Seed.on_parts(base, [diverging], steps=2, instead=problem)] == [problem]

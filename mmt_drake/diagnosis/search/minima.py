@@ -141,7 +141,7 @@ def _instead(
     rest = next((fit for x in starts if (fit := attempt(problem.at, hypothesis, x)) is not None), None)
     if rest is None:
         return []
-    seeds = Seed.on_parts(rest, problem.eased(rest)[:1]) or Seed.on_parts(rest, [problem])
+    seeds = Seed.on_parts(rest, problem.eased(rest)[:1], instead=problem)
     tries = all_starts(seeds, laws, setup.scales)
     known = {**best.structure_values, **best.effect_values[effect.name]}
     own = [(start.effect.name, start.values) for start in tries]

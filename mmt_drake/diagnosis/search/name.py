@@ -208,8 +208,7 @@ def _origins(problem: Problem, base: Fitted) -> list[Seed]:
     nominal = problem.at(base.hypothesis, base.hypothesis.base())
     is_another = nominal.cost > _ALIKE * base.cost or bool(at_bounds(base))
     others = Seed.on_parts(nominal, parts) if is_another else []
-    own = Seed.on_parts(base, parts, steps=SETTLING_STEPS) or Seed.on_parts(base, [problem])
-    return [*own, *others]
+    return [*Seed.on_parts(base, parts, steps=SETTLING_STEPS, instead=problem), *others]
 
 
 def _in_full(setup: SearchSetup, screened: Sequence[Screened], least: float, enough: Enough) -> list[Fitted]:

@@ -47,15 +47,21 @@ class Seed:
     near: Fitted
 
     @classmethod
-    def on_parts(cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0) -> list[Seed]:
-        """A fit, to be screened on each of several parts where it can be simulated; on each it may take steps more."""
+    def on_parts(
+        cls, fitted: Fitted, parts: Sequence[Problem], *, steps: int = 0, instead: Problem | None = None
+    ) -> list[Seed]:
+        """A fit, to be screened on each of several parts where it can be simulated; on each it may take steps more.
+
+        Where it can be simulated on none, on what is to be looked at `instead`, as it is.
+        """
 
         def near(part: Problem) -> Fitted:
             one = part.fit(fitted.hypothesis, fitted.x, steps=steps, secant=True) if steps else fitted
             return part.at(one.hypothesis, one.x)
 
         found = ((part, attempt(near, part)) for part in parts)
-        return [cls(fitted, part, begun) for part, begun in found if begun is not None]
+        seeds = [cls(fitted, part, begun) for part, begun in found if begun is not None]
+        return seeds if seeds or instead is None else cls.on_parts(fitted, [instead])
 
 
 @dataclass(frozen=True)
