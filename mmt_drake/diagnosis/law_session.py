@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from mmt_drake.diagnosis.decide import gate
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contenders, not_to_be_named
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, not_to_be_named
 from mmt_drake.diagnosis.decide.confirm import is_confirmed
 from mmt_drake.diagnosis.decide.delivered import agreed, beyond_doubt, outstanding, surely_there
+from mmt_drake.diagnosis.decide.exchange import contenders
 from mmt_drake.diagnosis.decide.gate import NoiseReference
 from mmt_drake.diagnosis.doubt import is_better, is_doubtful
 from mmt_drake.diagnosis.fit.comparison import at_bounds

@@ -1,17 +1,15 @@
 """What is not ruled out, and what that rests on."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from trial_samples import COULOMB, beside, model, named, problem_of, recorded
 
-from mmt_drake.diagnosis.decide import confidence
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, as_good_kin, contenders, contradicted
+from mmt_drake.diagnosis.decide import confidence, exchange
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, contradicted
 from mmt_drake.diagnosis.fit.floors import noise_kept_out, noise_through
-from mmt_drake.diagnosis.fit.left_out import by_chance, left_out
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.tell.outcome import _untried_for
 from mmt_drake.effects import LIBRARY
@@ -33,94 +31,10 @@ def fits(problem: Problem) -> dict[str, Fitted]:
     return {names: problem.fit(hypothesis, hypothesis.vector({}, START)) for names, hypothesis in hypotheses.items()}
 
 
-def test_a_block_left_out_is_what_a_fit_without_it_leaves_of_it(problem: Problem, fits: dict[str, Fitted]) -> None:
-    """Against fits that never saw the block, its residual taken out by a weight of nothing."""
-    fitted, numbers = fits["coulomb_friction"], problem.blocks()
-    found = left_out(problem, fitted)
-    J, r = fitted.minimum.jacobian, fitted.minimum.residual
-    for number in (2, 5):
-        own = np.append(numbers == number, False)
-        x = fitted.x - np.linalg.lstsq(J[~own], r[~own], rcond=None)[0]
-        there = problem.unchanged(fitted.hypothesis, x).minimum.residual
-        assert np.linalg.norm(found[own[:-1]] - there[own]) < 0.05 * np.linalg.norm(there[own])
-    assert found @ found > r[:-1] @ r[:-1]  # the fit has followed every block a little
-
-
-@pytest.mark.parametrize(
-    ("instead", "error", "unsure"),
-    [
-        ("coulomb_friction", 0.99, {"stribeck_friction"}),  # simpler, of its family, and no worse
-        ("coulomb_friction", None, set()),
-        ("coulomb_friction", 1.01, set()),
-        ("hysteresis", 0.5, set()),  # of another family
-        ("coulomb_friction force_bias", 0.5, set()),  # more than one law is another
-    ],
-)
-def test_a_law_is_unsure_where_a_simpler_kin_predicts_unseen_blocks_as_well(
-    problem: Problem, fits: dict[str, Fitted], instead: str, error: float | None, unsure: set[str]
-) -> None:
-    hypothesis = beside("stribeck_friction")
-    law, other = problem.at(hypothesis, hypothesis.vector({}, START)), fits[instead]
-    assert as_good_kin(law, [law, other], {law.hypothesis.key: 1.0, other.hypothesis.key: error}) == unsure
-
-
 def leaving(monkeypatch: pytest.MonkeyPatch, left: Callable[[Problem, Fitted], np.ndarray]) -> None:
     """With this in the place of what fits leave, the input without noise."""
     monkeypatch.setattr(confidence, "left_out", left)
     monkeypatch.setattr(confidence, "noise_kept_out", lambda problem, fits: [0.0] * len(fits))
-
-
-def blocks_of(counts: Sequence[int]) -> np.ndarray:
-    return np.repeat(np.arange(len(counts)), counts)
-
-
-def test_what_shows_in_two_blocks_only_rules_out_and_what_chance_does_does_not() -> None:
-    rng, numbers = np.random.default_rng(1), blocks_of([200] * 16)
-    better = rng.standard_normal(len(numbers))
-    met = np.isin(numbers, (3, 11)) * np.sin(0.1 * np.arange(len(numbers)))
-    assert by_chance(numbers, better + 3.0 * met, better) < 0.01
-    assert by_chance(numbers, better, better) == 1.0
-    assert by_chance(numbers, better, better + 3.0 * met) == 1.0
-
-
-def alike_but(rng: np.random.Generator, numbers: np.ndarray, alike: np.ndarray, size: float) -> tuple[Any, Any]:
-    """Residuals of a worse and a better one: as large by chance where they are alike, ten times as large elsewhere."""
-    own, better = rng.standard_normal((2, len(numbers))) * np.where(alike, size, 1e-2)
-    own *= 1.001 * np.linalg.norm(better[alike]) / np.linalg.norm(own[alike])
-    return np.where(alike, own, 10.0 * better), better
-
-
-def test_a_transient_does_not_hide_a_gain_in_every_other_block() -> None:
-    numbers = blocks_of([200] * 16)
-    worse, better = alike_but(np.random.default_rng(4), numbers, numbers == 6, 1e3)
-    assert by_chance(numbers, worse, better, 1e-6) < 0.01
-
-
-@pytest.mark.parametrize(("noise", "ruled_out"), [(1e-6, True), (1.0, False)])
-def test_a_block_in_which_both_leave_less_than_noise_speaks_for_neither(noise: float, ruled_out: bool) -> None:
-    numbers = blocks_of([200] * 16)
-    worse, better = alike_but(np.random.default_rng(4), numbers, numbers % 2 == 0, 3.0)
-    assert (by_chance(numbers, worse, better, noise) < 0.01) is ruled_out
-
-
-@pytest.mark.parametrize("uneven", [0.0, 2.0])
-@pytest.mark.parametrize("colour", [0.0, 0.98])
-def test_of_two_that_are_as_good_one_is_hardly_ever_ruled_out(colour: float, uneven: float) -> None:
-    """Both wrong by as much in their own way, beside a remainder that remembers for a tenth of a block.
-
-    In uneven recordings some blocks leave many times as much as others.
-    """
-    rng, numbers = np.random.default_rng(2), blocks_of([500] * 16)
-    ruled_out = 0
-    for _ in range(400):
-        size = np.exp(uneven * rng.standard_normal(16))[numbers] if uneven else 1.0
-        remainder, one, other = rng.standard_normal((3, len(numbers)))
-        for series in (remainder, one, other):
-            for i in range(1, len(numbers) if colour else 0):
-                series[i] = colour * series[i - 1] + series[i] * np.sqrt(1.0 - colour**2)
-        some, others = size * (remainder + 0.5 * one), size * (remainder + 0.5 * other)
-        ruled_out += by_chance(numbers, some, others, 1e-3) < 0.01
-    assert ruled_out <= 8  # 1 % of them are 4
 
 
 def test_no_effect_is_ruled_out_and_a_second_one_is_not_needed(problem: Problem, fits: dict[str, Fitted]) -> None:
@@ -361,32 +275,18 @@ def test_friction_that_sets_in_as_fast_as_any_recording_shows_does_not_rule_out_
     leaving(monkeypatch, lambda _, fitted: size[" ".join(fitted.hypothesis.names)] * best)
     monkeypatch.setattr(confidence, "turns", lambda problem, fitted: True)
     monkeypatch.setattr(confidence, "off_in_free_space", lambda problem, fitted: 0.0)
-    monkeypatch.setattr(confidence, "at_bounds", lambda fitted: frozenset())
+    for module in (confidence, exchange):
+        monkeypatch.setattr(module, "at_bounds", lambda fitted: frozenset())
     monkeypatch.setattr(confidence, "in_most_blocks", lambda numbers, worse, better, noise: 1.0)
     monkeypatch.setattr(confidence, "_with_unseen", lambda problem, fitted, best, seen: seen)
     monkeypatch.setattr(
         confidence, "by_chance", lambda _, one, other, noise: chance if one @ one > other @ other else 1
     )
     smooth = frozenset(["smooth_coulomb_friction"])
-    monkeypatch.setattr(confidence, "absent", lambda problem, fitted: smooth)
+    monkeypatch.setattr(exchange, "absent", lambda problem, fitted: smooth)
     held = ConfidenceSet.of(problem, telling(*size).members, {smooth: smooth})
     assert {"coulomb_friction"} in [f.hypothesis.key for f in held.members]
     assert replace(held, members=held.members[-1:]).depth(LIBRARY["coulomb_friction"]) == depth
-
-
-def test_what_could_do_without_a_name_is_compared() -> None:
-    """The best, the best single one, and the two best without the law, the family and the block of either effect."""
-    sets = ("coulomb_friction force_bias", "coulomb_friction force_drift", "stribeck_friction", "quadratic_drag")
-    ranked = telling(*sets, "static_friction", "hysteresis", "constant_force").members
-    chosen = {id(f) for f in contenders(ranked, 1)}
-    assert chosen == {id(f) for i, f in enumerate(ranked) if i != 4}
-
-
-@pytest.mark.parametrize("beside", ["", " force_bias"])
-def test_the_simpler_law_that_another_may_draw_is_compared_however_it_ranks(beside: str) -> None:
-    sets = ("asymmetric_friction", "static_friction", "stribeck_friction", "quadratic_drag", "coulomb_friction")
-    ranked = telling(*(f"{name}{beside}" for name in sets)).members
-    assert ranked[4] in contenders(ranked, 1)
 
 
 def test_a_lag_that_filters_the_noise_of_the_input_does_not_rule_the_delay_out_for_that() -> None:

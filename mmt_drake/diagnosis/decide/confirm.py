@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, has
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
+from mmt_drake.diagnosis.decide.exchange import has
 from mmt_drake.diagnosis.decide.gate import SIGNIFICANT
 from mmt_drake.diagnosis.fit.left_out import gained_by_chance, jointly
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem

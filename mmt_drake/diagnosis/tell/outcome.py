@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.budget import NAMELESS, SHARED, BudgetPart, Ruler
-from mmt_drake.diagnosis.decide.confidence import ConfidenceSet, as_good_kin
+from mmt_drake.diagnosis.decide.confidence import ConfidenceSet
 from mmt_drake.diagnosis.decide.depth import (
     MOST_NAMELESS,
     Depth,
@@ -17,6 +17,7 @@ from mmt_drake.diagnosis.decide.depth import (
     beside_the_nameless,
     beside_the_untried,
 )
+from mmt_drake.diagnosis.decide.exchange import as_good_kin
 from mmt_drake.diagnosis.decide.gate import NoiseReference, leaves_much_of
 from mmt_drake.diagnosis.decide.locate import locate
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
