@@ -33,9 +33,9 @@ _REAL = (
 )
 """Data sets whose known physics acts along one axis; scans of palpation and arms have pages of their own."""
 TRIALS = {
-    "trial": "trial --seed 327 --per-effect 1",
-    "trial-remainder": "trial --seed 76 --per-effect 1 --remainder 0.2",
-    "trial-foreign": "trial --seed 315 --per-effect 1 --plant foreign",
+    "trial": "trial --seed 328 --per-effect 4",
+    "trial-remainder": "trial --seed 77 --per-effect 1 --remainder 0.2",
+    "trial-foreign": "trial --seed 316 --per-effect 1 --plant foreign",
     "trial-surfaces": "trial --seed 91 --per-effect 3 --plant palpation",
     "trial-arms": "trial --arms --seed 49 --per-effect 20",
     "trial-real": f"trial --real recordings{''.join(f' --only {name}' for name in _REAL)}",
