@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -39,6 +40,10 @@ class BadInput(MmtError, ValueError):
             line = f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
         super().__init__(line)
 
+    def of(self, source: object) -> BadInput:
+        """The same, told of something else: what a person knows it by."""
+        return BadInput(source, found=self.found, expected=self.expected, at=self.at)
+
     def __reduce__(self) -> tuple[Callable[..., BadInput], tuple[object, ...]]:
         """Errors travel between processes."""
         return partial(BadInput, found=self.found, expected=self.expected, at=self.at), (self.source,)
@@ -61,6 +66,12 @@ def some(names: Iterable[str], most: int = 12) -> str:
     """Names for a message, the first ones of many."""
     every = list(names)
     return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """`` (did you mean ...?)`` for a name close to a known one, else an empty string."""
+    close = difflib.get_close_matches(name[:80], list(known), n=1, cutoff=0.65)
+    return f" (did you mean {close[0]!r}?)" if close else ""
 
 
 def printable(text: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_args
 import yaml
 
 from mmt_drake.effects import LIBRARY, SOURCES, Effect
-from mmt_drake.errors import BadInput, located
+from mmt_drake.errors import BadInput, located, suggest
 from mmt_drake.model.controller import Controller, ControllerKind
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -21,7 +21,6 @@ from mmt_drake.over import parsed, written
 from mmt_drake.plain import plain
 from mmt_drake.quantities import quantities
 from mmt_drake.recording.atomic import replacing
-from mmt_drake.recording.signals import suggest
 from mmt_drake.typed_yaml import fill, known_keys, mapping, parse, read_text
 
 Model = FlexibleBoxModel | KelvinVoigt | SurfaceContact | DrivenBodyModel | TransmissionModel

@@ -5,7 +5,6 @@ type); it cannot fill frozen dataclasses, runs no validation and does not say wh
 """
 
 import dataclasses
-import difflib
 import math
 import re
 import reprlib
@@ -18,7 +17,7 @@ from typing import Any, TypeVar, cast
 
 import yaml
 
-from mmt_drake.errors import BadInput, located
+from mmt_drake.errors import BadInput, located, suggest
 
 T = TypeVar("T")
 
@@ -326,10 +325,11 @@ def known_keys(data: Mapping[Any, Any], allowed: typing.Sequence[str], source: s
     """
     for key in data:
         if key not in allowed:
-            near = difflib.get_close_matches(str(key)[:80], allowed, n=1)
-            hint = f" (did you mean {near[0]}?)" if near else ""
             raise BadInput(
-                source, at=at or None, found=f"the key {_shown.repr(key)}{hint}", expected=f"{', '.join(allowed)}"
+                source,
+                at=at or None,
+                found=f"the key {_shown.repr(key)}{suggest(str(key), allowed)}",
+                expected=f"{', '.join(allowed)}",
             )
 
 

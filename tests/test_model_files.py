@@ -91,7 +91,7 @@ def test_units_of_a_model_file_take_the_place_of_metre_and_newton(position, forc
         (BOX + "units: {torque: A}", "units: found the key 'torque', expected position, force"),
         ("", "the model: found NoneType"),
         ("structure: box", "structure: found 'box'"),
-        (BOX + "normla: {k: 1}", "did you mean normal?"),
+        (BOX + "normla: {k: 1}", "did you mean 'normal'?"),
         (BOX.replace("m: 1.0", "m: -1.0"), "parameters.m: found -1.0, expected a finite number > 0"),
         (BOX.replace("m: 1.0", "m: 1e-320"), "parameters.m: found 9.99989e-321 on springs of 500 and dampers of 120"),
         (BOX.replace("k2: 500.0", "k2: 1e300"), "parameters.m: found 1 on springs of 1e+300"),

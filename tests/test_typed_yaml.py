@@ -52,7 +52,7 @@ def test_the_first_alternative_needs_no_tag():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("cuont: 3", "thing.yaml: found the key 'cuont' (did you mean count?)"),
+        ("cuont: 3", "thing.yaml: found the key 'cuont' (did you mean 'count'?)"),
         ("count: 1.5", "thing.yaml: count: found 1.5, expected a whole number"),
         ("count: true", "thing.yaml: count: found True"),
         ("shape: {radius: -1}", "thing.yaml: shape.radius: found -1.0, expected above 0"),

@@ -8,9 +8,9 @@ from mmt_drake.diagrams.stations.hands import load_operator
 from mmt_drake.diagrams.stations.own_parts import Make
 from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station, worth_spreading
-from mmt_drake.errors import check_number
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.recording.files import check_target
+from mmt_drake.recording.files import check_target, kept_as_recorded
 from mmt_drake.recording.mcap_writer import whole_or_none
 
 
@@ -41,10 +41,11 @@ def run(
     hand = operator if operator is None or isinstance(operator, Recording) else load_operator(str(operator))
     if hand is not None:
         chosen = replace(chosen, duration=None)
-    if record is not None:
-        check_target(record)
+    target = None if record is None else Path(record)
+    if target is not None:
+        check_target(target)
     with TemporaryDirectory(prefix="mmt-drake-") as folder:
-        native = Path(record) if record is not None and Path(record).suffix == ".mcap" else Path(folder) / "run.mcap"
+        native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
         spread = worth_spreading(chosen, seconds)
         station = build_station(
             chosen, record=native, operator=hand, spread=spread, estimator=estimator, renderer=renderer
@@ -52,7 +53,13 @@ def run(
         assert station.recorder is not None  # it was asked for
         with whole_or_none(station.recorder.file, native):
             station.simulate(seconds)
-        recording = load(native)
-        if record is not None and native != Path(record):
-            save(recording, record)
-    return replace(recording, source=chosen.name if record is None else str(record))
+        try:
+            recording = load(native)
+        except BadInput as refused:
+            if native == target:
+                raise
+            told = refused.of(chosen.name) if target is None else kept_as_recorded(refused, native, target)
+            raise told from None
+        if target is not None and target != native:
+            save(recording, target)
+    return replace(recording, source=chosen.name if target is None else str(target))

@@ -24,7 +24,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
-from mmt_drake.recording.files import check_target
+from mmt_drake.recording.files import check_target, kept_as_recorded
 from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
         kept = None if target is None else file.path if target == native else target
         if target is not None and target != native:
             if isinstance(recording, BadInput):
-                raise recording
+                raise kept_as_recorded(recording, native, target)
             save(recording, target)
         if interrupted:
             say(f"mmt-drake: interrupted after {simulated:g} s; {kept or 'nothing'} is kept", stderr=True)

@@ -163,4 +163,5 @@ def tried(compute: Callable[[], T]) -> T | BadInput:
 
 
 def _why(reason: BadInput) -> str:
-    return f"found {reason.found}, expected {reason.expected}"
+    where = "" if reason.at is None else f"{reason.at}: "
+    return f"{where}found {reason.found}, expected {reason.expected}"

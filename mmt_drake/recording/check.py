@@ -8,12 +8,12 @@ from itertools import chain
 
 import numpy as np
 
-from mmt_drake.errors import BadInput, some
+from mmt_drake.errors import BadInput, some, suggest
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.column_map import ColumnMap, left_out, units_of
 from mmt_drake.recording.derive import HOW, rate_of, touches
 from mmt_drake.recording.recording import Cloud, Recording
-from mmt_drake.recording.signals import AXES, FLAGS, ORIENTATION, REQUIRED, SIGNALS, Kind, columns_of, kind_of, suggest
+from mmt_drake.recording.signals import AXES, FLAGS, ORIENTATION, REQUIRED, SIGNALS, Kind, columns_of, kind_of
 from mmt_drake.recording.stored import LongColumns
 
 # Beyond these no recording of a probe, a carriage or a servo is plausible: the unit is wrong.

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from mmt_drake.errors import BadInput
-from mmt_drake.recording.signals import AXES, SIGNALS, columns_of, kind_of, signal_names, suggest
+from mmt_drake.errors import BadInput, suggest
+from mmt_drake.recording.signals import AXES, SIGNALS, columns_of, kind_of, signal_names
 from mmt_drake.recording.units import in_si, known, split
 from mmt_drake.typed_yaml import parse, read_text
 

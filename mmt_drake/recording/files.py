@@ -1,5 +1,6 @@
 """Recordings in and out of files, by the ending of their names."""
 
+import shutil
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -119,6 +120,26 @@ def save(recording: Recording, path: str | Path) -> None:
             write_csv(recording, temporary)
         else:
             write_npz(recording, temporary)
+
+
+def kept_as_recorded(refused: BadInput, file: Path, target: str | Path) -> BadInput:
+    """Keep a run's ``.mcap`` that no other format may hold beside the name that the recording was to have.
+
+    Args:
+        refused: why it may not.
+        file: the ``.mcap``.
+        target: the name that was asked for; ``.mcap`` is added to it.
+
+    Returns:
+        The refusal, by the name of what is kept.
+
+    Raises:
+        BadInput: the disk refused.
+    """
+    kept = Path(f"{target}.mcap")
+    with replacing(kept) as temporary:
+        shutil.copyfile(file, temporary)
+    return refused.of(kept)
 
 
 def _write_mcap(recording: Recording, path: Path) -> None:

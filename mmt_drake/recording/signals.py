@@ -4,12 +4,11 @@ One table holds every name that a recording may use (CONVENTIONS.md, "Recordings
 A *signal* is what one message carries; its *columns* are the message's numbers, one name each.
 """
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, suggest
 from mmt_drake.model.held_body import HELD_BODY
 from mmt_drake.model.message_layout import MESSAGE
 from mmt_drake.model.parameters import FORCE_LATENESS, SLIDING_THETA, TANGENTIAL_THETA, THETA, THETA_UNITS
@@ -266,9 +265,3 @@ def columns_of(kind: Kind) -> tuple[str, ...]:
     return tuple(
         dict.fromkeys(column for signal in SIGNALS if signal.quantity != "number" for column in signal.columns)
     )
-
-
-def suggest(name: str, known: Iterable[str]) -> str:
-    """`` (did you mean ...?)`` for a name close to a known one, else an empty string."""
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f" (did you mean {close[0]!r}?)" if close else ""

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, suggest
 from mmt_drake.recording.growing import GrowingColumns
 from mmt_drake.recording.messages import ACCEPTED, Bytes, Integers, MessageBatch, read_block, read_one
-from mmt_drake.recording.signals import CLOUD, CLOUD_TOPIC, SIGNALS, Signal, signal_names, suggest
+from mmt_drake.recording.signals import CLOUD, CLOUD_TOPIC, SIGNALS, Signal, signal_names
 from mmt_drake.recording.stored import Column, as_array, stored
 
 _SAME_CLOCK = 1_000_000_000

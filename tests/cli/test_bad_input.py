@@ -18,7 +18,7 @@ CHANGES: dict[str, tuple[str, ...]] = {
     "seed.x=3": ("setup1: seed: found {'x': 3}, expected a whole number",),
     "operator.motion.name=chirp": ("--set: operator.motion.name: found operator.motion = 'strokes'",),
     "seed=[1": ("--set seed", "line 1"),
-    "sede=3": ("setup1: found the key 'sede' (did you mean seed?)",),
+    "sede=3": ("setup1: found the key 'sede' (did you mean 'seed'?)",),
     "environment.object.parameters.m=-1": ("setup1: environment.object.parameters.m: found -1",),
     "environment.object.parameters.k2=-1": ("environment.object.parameters.k2: found -1",),
     "environment.object.friction.Fd=9": ("environment.object.friction.Fd: found 9",),

@@ -194,3 +194,26 @@ def test_an_output_that_is_of_another_size_as_it_runs_is_told_with_its_port(here
     )
     with pytest.raises(BadInput, match=r"Short: force: found 2 numbers .*expected 3 numbers"):
         mmt.build_station(mmt.load_scenario("setup1"), renderer="short.py:Short", record="short.mcap").simulate(1.0)
+
+
+NAN = """import mmt_drake as mmt
+class Late(mmt.LeafSystem):
+    def __init__(self, period):
+        super().__init__()
+        self.declare_inputs("motion")
+        self.declare_function("force", 3, lambda t, motion: (0.0, 0.0, float("nan") if t > 1.0 else 0.0))
+"""
+
+
+def test_a_force_that_is_no_number_is_told_with_its_row_and_the_run_s_recording_is_kept(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("late.py").write_text(NAN)
+    run = ["run", "setup1", "--renderer", "late.py:Late", "--seconds", "1.5"]
+    told = "row 1002, column 'rendered_force_z': found nan, expected a finite number"
+    assert main(run) == 0 and told in capsys.readouterr().out
+    assert main([*run, "--record", "late.csv"]) == 2 and f"late.csv.mcap: {told}" in capsys.readouterr().err
+    assert Path("late.csv.mcap").stat().st_size > 10_000 and not Path("late.csv").exists()
+    for record, name in ((None, "setup1"), ("late.npz", "late.npz.mcap")):
+        with pytest.raises(BadInput, match=f"^{name}: row 1002"):
+            mmt.run("setup1", seconds=1.5, renderer="late.py:Late", record=record)

@@ -135,7 +135,7 @@ def test_a_colour_that_is_none_is_refused(colour):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ("operator.motoin=x", "operator: found the key 'motoin' (did you mean motion?)"),
+        ("operator.motoin=x", "operator: found the key 'motoin' (did you mean 'motion'?)"),
         ("operator=!Omega {}", "operator: found !Omega, expected one of !Scripted, !Recorded, !Interactive"),
         ("environment.object.parameters.m=1e-9", "environment.object.parameters.m: found 1e-09 on springs of 500"),
         ("environment.object.parameters.m=-1", "environment.object.parameters.m: found -1.0"),

@@ -130,7 +130,7 @@ P = {"kind": "p", "gains": {"kp": 1.0}}
         ({"controller": {"kind": "pd", "gains": {"kp": 1.0}}}, "controller.gains: found kp, expected kd, kp of a pd"),
         ({"controller": P | {"gains": {"kp": -1.0}}}, "controller.kp: found -1.0, expected"),
         ({"controller": P | {"gains": {"kp": float("nan")}}}, "controller.kp: found nan, expected"),
-        ({"controller": P | {"gain": 3}}, r"controller: found the key 'gain' \(did you mean gains"),
+        ({"controller": P | {"gain": 3}}, r"controller: found the key 'gain' \(did you mean 'gains'"),
         ({"controller": P | {"limits": [2.0, 1.0]}}, "controller.limits: found 2 to 1, expected low below high"),
         ({"controller": P | {"limits": [1.0]}}, r"controller.limits: found \[1.0\], expected \[low, high\]"),
         ({"controller": "p"}, "controller: found str, expected a mapping"),

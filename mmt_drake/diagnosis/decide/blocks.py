@@ -14,10 +14,10 @@ from mmt_drake.analysis.signals import EVEN, mean_step, on_even_clock
 from mmt_drake.cloud import Cloud
 from mmt_drake.diagnosis.decide.block_replay import BlockReplay, compared
 from mmt_drake.diagnosis.signals.smoother import noise_floor
-from mmt_drake.errors import BadInput
+from mmt_drake.errors import BadInput, suggest
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.recording import Recording
-from mmt_drake.recording.signals import SIGNALS, Signal, signal_names, suggest
+from mmt_drake.recording.signals import SIGNALS, Signal, signal_names
 
 __all__ = ["Block", "BlockReplay", "Surface", "differing", "replay_block", "replay_blocks"]
 
