@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
+from numbers import Real
 from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
@@ -142,10 +143,21 @@ def check_number(source: str, name: str, value: float, *, least: float, open_int
     Raises:
         BadInput: the value is refused.
     """
-    large_enough = value > least if open_interval else value >= least
-    if not (math.isfinite(value) and large_enough):
+    is_number = isinstance(value, Real) and math.isfinite(value)
+    if not is_number or value < least or (open_interval and value == least):
         sign = ">" if open_interval else ">="
-        raise BadInput(source, at=name, found=value, expected=f"a finite number {sign} {least:g}")
+        found = value if isinstance(value, Real) else repr(value)
+        raise BadInput(source, at=name, found=found, expected=f"a finite number {sign} {least:g}")
+
+
+def check_kind(source: str, name: str, value: object, kind: type, expected: str) -> None:
+    """Refuse an argument of another class.
+
+    Raises:
+        BadInput: it is refused.
+    """
+    if not isinstance(value, kind):
+        raise BadInput(source, at=name, found=f"{type(value).__name__} ({value!r:.80})", expected=expected)
 
 
 def attempt(work: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T | None:

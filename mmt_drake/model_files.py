@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_args
 import yaml
 
 from mmt_drake.effects import LIBRARY, SOURCES, Effect
-from mmt_drake.errors import BadInput, located, suggest
+from mmt_drake.errors import BadInput, check_kind, located, suggest
 from mmt_drake.model.controller import Controller, ControllerKind
 from mmt_drake.model.driven_model import DrivenBodyModel, Gravity
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
@@ -35,6 +35,15 @@ _STRUCTURES = {
     "driven_body": ("gravity", "controller", "window_s", "initial"),
     "transmission": ("window_s", "initial"),
 }
+
+
+def check_model(source: str, model: Model) -> None:
+    """Refuse what is no model, as the name of its file.
+
+    Raises:
+        BadInput: it is none.
+    """
+    check_kind(source, "model", model, Structure, "a model: mmt_drake.load_model(path) reads one")
 
 
 def load_model(path: str | Path) -> Model:

@@ -12,12 +12,13 @@ from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut
 from mmt_drake.model.surface_contact import SurfaceContact
-from mmt_drake.model_files import Model
+from mmt_drake.model_files import Model, check_model
 from mmt_drake.motion.delay import delayed_flag
 from mmt_drake.motion.sampled import SampledMotion
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.over import in_recording
 from mmt_drake.recording import Recording
+from mmt_drake.recording.recording import check_recordings
 from mmt_drake.replay import TANGENTIAL, body_input, check_fit, first_state, probe_motion, steps_to
 from mmt_drake.systems.driven_body import DrivenBody
 from mmt_drake.systems.flexible_box import FlexibleBox
@@ -46,6 +47,8 @@ def simulate(model: Model, recording: Recording) -> Recording:
     Raises:
         BadInput: model and recording do not fit, or the model cannot be integrated, or runs away.
     """
+    check_recordings("simulate", [recording])
+    check_model("simulate", model)
     check_fit(model, recording)
     return answered(recording, replay(model, recording))
 

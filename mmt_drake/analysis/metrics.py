@@ -25,7 +25,7 @@ from mmt_drake.analysis.signals import (
 from mmt_drake.errors import BadInput
 from mmt_drake.model.parameters import THETA
 from mmt_drake.numeric.arrays import Array, Flags
-from mmt_drake.recording.recording import Recording
+from mmt_drake.recording.recording import Recording, check_recordings
 from mmt_drake.recording.signals import AXES
 
 AFTER_S: Final = 5.0
@@ -157,6 +157,7 @@ def measure(
         BadInput: a needed column is missing or broken, there is no sample in contact after `after_s` of contact, or
             the rate is too low for the bands.
     """
+    check_recordings("measure", [recording])
     delay_s = delay_of(recording, delay_s)
     even = on_even_clock(recording)
     step = mean_step(even)

@@ -24,9 +24,10 @@ from mmt_drake.diagnosis.tell.result import TABULATED
 from mmt_drake.effects import LIBRARY
 from mmt_drake.effects.effect import Effect
 from mmt_drake.model.surface_contact import SurfaceContact
-from mmt_drake.model_files import Model, compared, model_data
+from mmt_drake.model_files import Model, check_model, compared, model_data
 from mmt_drake.over import with_knots
 from mmt_drake.recording import Recording
+from mmt_drake.recording.recording import check_recordings
 
 
 def diagnose(
@@ -59,6 +60,8 @@ def diagnose(
         Interrupted: a KeyboardInterrupt, with what was known by then.
     """
     begun = time.perf_counter()
+    check_recordings("diagnose", recordings)
+    check_model("diagnose", model)
     bare = model if model.handed is None else cast(Model, model.handed.bare)
     model_data(bare)  # refuses what no file could hold, before the work
     model = with_knots(model, recordings)

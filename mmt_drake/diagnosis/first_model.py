@@ -33,6 +33,7 @@ from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model_files import Model, compared
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording import Recording
+from mmt_drake.recording.recording import check_recordings
 
 STARTS = 32
 FUNNEL = ((12, 5), (5, 8))
@@ -78,6 +79,7 @@ def fit(
         BadInput: recordings of different kinds, or a structure that does not belong to them; see `rough_model`.
         Interrupted: a KeyboardInterrupt, with the best numbers by then.
     """
+    check_recordings("fit", recordings)
     for recording in recordings[1:]:
         if recording.kind != recordings[0].kind:
             raise BadInput(recording.source, found=f"a {recording.kind} recording", expected=recordings[0].kind)

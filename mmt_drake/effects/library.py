@@ -1,9 +1,8 @@
 """The library itself, and how a user's own effect gets into it."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
-
-from numba.core.errors import NumbaError
 
 from mmt_drake.effects.effect import Effect
 from mmt_drake.errors import BadInput, one_line
@@ -37,6 +36,12 @@ def own_files(names: Iterable[str]) -> list[Path]:
     return sorted({SOURCES[name] for name in names if name in SOURCES})
 
 
+_PREAMBLE = "Failed in nopython mode"
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+_LINE = re.compile(r"line (\d+)|\.py \((\d+)\)")
+"""In a message of numba's: what comes before what is wrong, codes of a terminal, and where it is."""
+
+
 def _compile(effect: Effect, path: str | Path) -> None:
     """Compile the law of an effect, which else would be when a fit first needs it.
 
@@ -45,9 +50,13 @@ def _compile(effect: Effect, path: str | Path) -> None:
     """
     try:
         _ = effect.law and effect.law.address
-    except NumbaError as error:
-        found = f"{type(error).__name__}: {one_line(error)}"
-        raise BadInput(path, at=f"law of {effect.name}", found=found, expected="what numba compiles") from error
+    except Exception as error:  # numba's own, and whatever else its passes raise for code that they do not know
+        text = _COLOUR.sub("", str(error))
+        said = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith(_PREAMBLE)]
+        line = _LINE.search(text)
+        at = f"law of {effect.name}" + (f", line {line[1] or line[2]}" if line else "")
+        found = f"{type(error).__name__}: {said[0] if said else one_line(error)}"
+        raise BadInput(path, at=at, found=found, expected="what numba compiles, four numbers returned") from error
 
 
 def register_file(path: str | Path) -> None:

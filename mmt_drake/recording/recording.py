@@ -1,6 +1,6 @@
 """A recording in memory: columns over one clock."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, NoReturn
@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from mmt_drake.errors import BadInput, MissingDependency
+from mmt_drake.errors import BadInput, MissingDependency, check_kind
 from mmt_drake.notebook import html_table
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.recording.signals import AXES, UNITS, Kind, kind_of, signals_in
@@ -125,3 +125,13 @@ class Recording:
             BadInput: one of the three is missing.
         """
         return np.column_stack([self[f"{name}_{axis}"] for axis in AXES])
+
+
+def check_recordings(source: str, recordings: Iterable[Recording]) -> None:
+    """Refuse whatever is no recording, as the name of its file.
+
+    Raises:
+        BadInput: there is such a thing.
+    """
+    for recording in recordings:
+        check_kind(source, "recording", recording, Recording, "a recording: mmt_drake.load(path) reads one")

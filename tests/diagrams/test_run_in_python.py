@@ -1,6 +1,7 @@
 """`mmt.run`: a station from Python, and what was recorded."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,7 +36,7 @@ def test_a_name_that_is_no_recording_s_is_refused_before_the_run(tmp_path: Path)
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("seconds", [-1.0, 0.0, float("nan")])
-def test_no_time_to_run_is_told_before_anything_is_built(seconds: float) -> None:
+@pytest.mark.parametrize("seconds", [-1.0, 0.0, float("nan"), "3"])
+def test_no_time_to_run_is_told_before_anything_is_built(seconds: Any) -> None:
     with pytest.raises(BadInput, match="run: seconds: found"):
         mmt.run("setup1", seconds=seconds)

@@ -115,7 +115,12 @@ def test_a_case_of_a_trial_finds_it_and_its_model_names_the_file_which_it_does_n
         (OWN.replace("quintic_stiffness", "not a name"), "the name 'not a name'"),
         (OWN.replace('block="contact"', 'block="elsewhere"'), "block: found 'elsewhere'"),
         (OWN.replace("law=quintic,", ""), "a law and a change, or neither"),
-        (OWN.replace("at.d**5", "at.x5"), "law of quintic_stiffness: found TypingError"),
+        (OWN.replace("at.d**5", "at.x5"), ": found TypingError: Unknown attribute 'x5' of type At"),
+        (
+            OWN.replace("    return p[0]", "    import math\n    return p[0]"),
+            ": found UnsupportedBytecodeError: Use of",
+        ),
+        (OWN.replace(", 0.0, 0.0, 0.0", ""), ": found TypingError: No conversion from float64 to UniTuple"),
     ],
 )
 def test_a_file_that_holds_no_effect_is_refused_in_one_line(tmp_path, text, line):
