@@ -1,9 +1,11 @@
 """Recordings in and out of files, by the ending of their names."""
 
+import errno
 import shutil
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
+from tempfile import gettempdir
 
 import numpy as np
 
@@ -57,6 +59,8 @@ def load_all(
     except PermissionError as error:
         raise BadInput(path, found="no permission to read it", expected="a readable file") from error
     except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):  # long columns stand in temporary files
+            raise BadInput(gettempdir(), found=error.strerror, expected=f"room for what is read of {path}") from error
         raise BadInput(path, found=error.strerror or error, expected="a readable file") from error
 
 

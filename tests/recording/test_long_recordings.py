@@ -1,14 +1,18 @@
 """Reading a long recording takes little more memory than its columns."""
 
+import errno
+import os
 import pickle
 from dataclasses import replace
 from pathlib import Path
+from tempfile import gettempdir
 
 import numpy as np
 import pytest
 from memory import peak_of
 from samples import contact, same
 
+from mmt_drake.errors import BadInput
 from mmt_drake.recording import Recording, growing, load, one_clock, save, stored
 from mmt_drake.recording.growing import GrowingColumns
 
@@ -55,6 +59,22 @@ def test_what_is_longer_than_fits_stands_on_disk_and_is_read_column_by_column(
     assert list(more) == [*read.columns, "load"] and np.array_equal(more["force_x"], read["force_y"])
     read["force_x"][:] = np.nan  # of whoever asked, not of the recording
     same(written, pickle.loads(pickle.dumps(read)), clock=1e-9)
+
+
+def test_a_full_disk_for_what_is_read_is_not_blamed_on_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    for module in (growing, one_clock, stored):
+        monkeypatch.setattr(module, "MOST_IN_MEMORY", 2**9)
+    monkeypatch.setattr(stored.StoredColumn, "add", refuse)
+    save(long_recording(1), tmp_path / "long.mcap")
+    with pytest.raises(
+        BadInput, match=rf"^{gettempdir()}: found No space left .* room for what is read of .*long\.mcap"
+    ):
+        load(tmp_path / "long.mcap")
 
 
 def test_growing_columns_hold_what_was_added_and_no_spare_room() -> None:
