@@ -12,6 +12,7 @@ import yaml
 from mmt_drake.diagnosis.checks.preflight import preflight
 from mmt_drake.diagnosis.fit.rough import rough_model
 from mmt_drake.errors import BadInput
+from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model_files import Model, model_data, save_model
 from mmt_drake.recording import Recording, load_all
 from mmt_drake.recording.atomic import replacing
@@ -23,6 +24,9 @@ from mmt_drake.recording.npz_file import names_of
 
 _NO_UNIT: Final = {"time": ("s", "ms", "us", "ns"), "position": ("m", "mm", "um")}
 """Units that are tried where the file tells none, until the numbers are plausible."""
+_MAY_DRIVE = (
+    "Is the force not felt but does it drive the body, as a motor does? Call it `input`, and the position `output`."
+)
 _MEANINGS: Final[Mapping[str, str]] = {
     "flexible_box": """\
 A body of mass m [kg] on a table, which the probe pushes through a contact spring.
@@ -180,4 +184,5 @@ def _with_model(found: OwnFile, recording: Recording) -> OwnFile:
     rate = 1.0 / float(np.median(np.diff(recording.time)))
     kind = recording.kind.replace("_", " ")
     said = f"So it reads as a {kind} recording of {length:.1f} s at {rate:.4g} Hz, of a {model.NAME}."
-    return _saying(replace(found, model=model), said)
+    found = _saying(replace(found, model=model), said)
+    return _saying(found, _MAY_DRIVE) if isinstance(model, KelvinVoigt) else found
