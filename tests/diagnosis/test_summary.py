@@ -2,9 +2,12 @@
 
 from dataclasses import replace
 
+import pytest
+
 from mmt_drake.diagnosis.checks.finding import Finding
 from mmt_drake.diagnosis.decide.budget import BudgetPart
 from mmt_drake.diagnosis.decide.mismatch import BlockShare, Dependence, Mismatch
+from mmt_drake.diagnosis.tell.report_text import headline
 from mmt_drake.diagnosis.tell.result import Diagnosis, EffectParameter, Fit, FittedParameter, HeldoutNrmse, NamedEffect
 from mmt_drake.diagnosis.tell.summary import MOST_WARNINGS, summary_of
 
@@ -141,6 +144,18 @@ def test_where_other_values_predict_to_the_noise_it_is_not_said_that_something_i
     told = summary_of(Diagnosis("unexplained", "", mismatch=somewhere, fit=fit))
     assert "cannot be told which are wrong" in told and "Something real" not in told
     assert "It most likely acts" not in told
+
+
+@pytest.mark.parametrize(("refit", "says"), [(0.039, True), (0.041, False)])
+def test_where_less_than_twice_the_noise_is_left_it_may_be_noise_of_another_colour(refit: float, says: bool) -> None:
+    fit = replace(FIT, heldout_nrmse=HeldoutNrmse(0.7, refit, refit), noise_floor=0.02)
+    somewhere = Mismatch((BlockShare("force_sensor", 1.0),), (), None, ())
+    diagnosis = Diagnosis("unexplained", "", mismatch=somewhere, fit=fit)
+    told = summary_of(diagnosis)
+    assert ("1.95 times that, and no effect of the library was found" in told) is says
+    assert ("If physics, it most likely acts in the block force sensor" in told) is says
+    assert ("Something real is missing" in told) is not says and ("Something real" in headline(diagnosis)) is not says
+    assert "cannot be told which" not in summary_of(replace(diagnosis, untried=("coulomb_friction",)))
 
 
 def test_noise_that_a_model_undercuts_was_taken_for_too_much():

@@ -7,7 +7,7 @@ from mmt_drake.analysis.wording import significant
 from mmt_drake.diagnosis.decide.mismatch import Mismatch
 from mmt_drake.diagnosis.decide.verdict import Verdict
 from mmt_drake.diagnosis.tell.result import Diagnosis, Fit
-from mmt_drake.diagnosis.tell.summary import is_unsettled
+from mmt_drake.diagnosis.tell.summary import is_unsettled, may_be_noise
 from mmt_drake.diagnosis.tell.wording import FOLLOWED, capitalised, followed, listed, rms_words, span
 from mmt_drake.effects.wording import words
 
@@ -34,6 +34,8 @@ def headline(diagnosis: Diagnosis) -> str:
         "ambiguous": f"{listed((named, *rivals), 'or')}: this recording cannot tell",
         "unexplained": "Other values predict it, but cannot be told apart"
         if is_unsettled(diagnosis)
+        else "A little more than white noise is left, and no known effect explains it"
+        if may_be_noise(diagnosis)
         else "Something real is missing, and no known effect explains it",
         "insufficient_data": "This recording cannot tell whether the model is right",
     }

@@ -1,5 +1,6 @@
 """A diagnosis in one paragraph."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
@@ -32,6 +33,11 @@ _UNSETTLED: Final = (
     "whether anything is missing: what they were fitted to leaves a little more."
 )
 _WHITE: Final = 1.1  # times the noise floor
+_COLOURED: Final = 2.0  # times the noise floor: noise of sensors that is not white leaves so much of a right model
+_SO_LITTLE: Final = (
+    "What is left is more than white noise of the sensors, {} times that, and no effect of the library was found to "
+    "explain it. So little may be noise of another colour as well as physics without a name: it cannot be told which."
+)
 _MOST_UNTRIED: Final = 5  # named; more are counted
 
 _DEPTHS: Final = {
@@ -97,7 +103,7 @@ def _verdict(d: Diagnosis) -> str:
     others = ", or ".join(words(a.name) for a in d.alternatives if a.indistinguishable)
     left_out = f"The model leaves out {_listed((e for e in d.effects if e.name != TABULATED), d.verdict)}"
     tables = [f"over the {words(str(e.parameters['of'].value))}" for e in d.effects if e.name == TABULATED]
-    white = beyond_white(d)
+    white, little = beyond_white(d), may_be_noise(d)
     rest = f"; a table {tables[0]} takes some of that" if tables else ""
     said: dict[Verdict, str] = {
         "no_mismatch": f"The nominal model explains the recording to its noise; nothing needs to be changed. {white}",
@@ -105,7 +111,7 @@ def _verdict(d: Diagnosis) -> str:
         "missing_physics": f"{left_out}.",
         "partly_explained": f"{left_out}, and more that nobody has named{rest}.",
         "ambiguous": f"{left_out}; these recordings cannot tell it from {others}.",
-        "unexplained": _UNSETTLED if is_unsettled(d) else real,
+        "unexplained": _UNSETTLED if is_unsettled(d) else _SO_LITTLE.format(little) if little else real,
         "insufficient_data": d.summary,
     }
     return said[d.verdict].rstrip()
@@ -117,6 +123,15 @@ def is_unsettled(d: Diagnosis) -> bool:
         return False
     left, floor = d.fit.heldout_nrmse.refit, d.fit.noise_floor
     return left is not None and floor is not None and left <= floor
+
+
+def may_be_noise(d: Diagnosis) -> str | None:
+    """How many times the noise is left where nothing explains it and it may be noise of another colour; else None."""
+    if d.fit is None or d.verdict != "unexplained" or d.effects or d.untried or not d.fit.noise_floor:
+        return None
+    errors = d.fit.heldout_nrmse
+    times = min(e for e in (errors.nominal, errors.refit, math.inf) if e is not None) / d.fit.noise_floor
+    return significant(times, 3) if times <= _COLOURED else None
 
 
 def beyond_white(d: Diagnosis) -> str:
@@ -172,7 +187,8 @@ def _where(d: Diagnosis) -> str:
     if d.verdict not in ("unexplained", "ambiguous", "partly_explained") or not d.mismatch.blocks or is_unsettled(d):
         return ""
     block = d.mismatch.blocks[0]
-    said = f"It most likely acts in the block {block.block.replace('_', ' ')}"
+    said = "If physics, it" if may_be_noise(d) else "It"
+    said += f" most likely acts in the block {words(block.block)}"
     signal = followed(d.mismatch)
     if signal is not None:
         said += f", and follows the {words(signal.signal)}"
