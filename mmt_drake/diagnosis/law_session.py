@@ -42,7 +42,7 @@ from mmt_drake.diagnosis.tell.result import TABULATED
 from mmt_drake.effects.tabulated_force import SIGNALS
 from mmt_drake.errors import MmtError, attempt
 
-SEARCHING = 0.7
+SEARCHING = 0.6
 """Share of the time budget for the search; the rest is for what it has found."""
 LOOK_CLOSER = 6.0
 """RMS of the residual over the noise floor above which accurate integration would not make a fit explain enough."""
@@ -251,13 +251,16 @@ class LawSession(DiagnosisSession):
         if verdict == "unexplained" or (differs and gate.leaves_much(shares, of_refit)):
             return None
         is_asked = sure and standard.left(best) > gate.NOTHING_LEFT
-        others = (other_curves, more_branches) if is_asked else ()
-        bent = frozenset().union(*(other(standard.problem, best, self.executor) for other in others))
+        bent: frozenset[str] = frozenset()
+        if is_asked:
+            bent = other_curves(standard.problem, best, self.executor)
+            bent |= more_branches(standard.problem, best, self.executor, self.watch)
         if (free := undiluted(standard.problem, best)) is not best:
             best, shares = free, self.shares(standard.problem, free, fits)
         ranked = [best if f.hypothesis.key == best.hypothesis.key else f for f in nothing.ranked]
         verdict = verdict if sure else "ambiguous"
-        return replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked, bent=bent, of_refit=of_refit)
+        judgement = replace(nothing, verdict=verdict, best=best, shares=shares, ranked=ranked, bent=bent)
+        return replace(judgement, of_refit=of_refit, untried=self.watch.missed)
 
     def _may_be_a_curve(self, problem: Problem, refit: Fitted, best: Fitted) -> bool:
         """Whether a table in another block than the effects of a fit predicts as well in their place."""

@@ -13,6 +13,7 @@ from mmt_drake.diagnosis.fit.hypothesis import Hypothesis
 from mmt_drake.diagnosis.fit.prepare import prepare
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.search.learn import Learned, more_branches, other_curves, tables, worth_while
+from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.diagnosis.tell import document
 from mmt_drake.effects import LIBRARY
 from mmt_drake.model.driven_model import DrivenBodyModel
@@ -82,7 +83,10 @@ def test_a_relaxation_beside_which_a_faster_one_explains_more_may_be_another_law
     problem, hypothesis = leaving(strokes(), model=truth), PLAIN.adding(relaxation)
     best = problem.fit(hypothesis, hypothesis.vector({}, {relaxation.name: {"k_maxwell": 150.0, "tau": 0.3}}))
     with ThreadPoolExecutor(1) as executor:
-        assert more_branches(problem, best, executor) == open_ones
+        assert more_branches(problem, best, executor, Watch()) == open_ones
+        late = Watch(seconds=-1.0)
+        assert more_branches(problem, best, executor, late) == {relaxation.name}
+    assert late.missed == ("viscoelastic_relaxation + further_viscoelastic_relaxation",)
 
 
 def test_a_table_with_a_value_that_nothing_tells_is_written_without_intervals():

@@ -12,6 +12,7 @@ from mmt_drake.diagnosis.fit.bootstrap import deviations
 from mmt_drake.diagnosis.fit.nameless import table_signals
 from mmt_drake.diagnosis.fit.problem import Fitted, Problem
 from mmt_drake.diagnosis.fit.validate import chance
+from mmt_drake.diagnosis.search.watch import Watch
 from mmt_drake.effects import tabulated_force
 from mmt_drake.effects.effect import Effect
 from mmt_drake.effects.tabulated_force import SIGNALS
@@ -108,21 +109,26 @@ def other_curves(problem: Problem, best: Fitted, executor: Executor) -> frozense
     return frozenset([name for name, of in along.items() if of in better] + unasked)
 
 
-def more_branches(problem: Problem, best: Fitted, executor: Executor) -> frozenset[str]:
+def more_branches(problem: Problem, best: Fitted, executor: Executor, watch: Watch) -> frozenset[str]:
     """Effects of a fit beside which one more of the same kind, faster or slower, explains some of what is left.
 
-    Their law then may be another one of the family: a spectrum of relaxations, as of most materials, or of levels.
+    Their law then may be another one of the family: a spectrum of relaxations, as of most materials, or of levels. So
+    it may where there is no time to ask.
 
     Args:
         problem: the recordings on the clock of the verdict.
         best: the fit.
         executor: runs the fits.
+        watch: hears what there was no time for.
     """
 
-    def has_more(effect: Effect) -> bool:
+    def may_have_more(effect: Effect) -> bool:
         further = replace(effect, name=f"further_{effect.name}")
         if not best.hypothesis.admits(further):
             return False
+        if watch.is_late():
+            watch.miss([f"{effect.name} + {further.name}"])
+            return True
         known, wider = best.effect_values[effect.name], best.hypothesis.adding(further)
         shapes = [p.symbol for p in wider.fitted_parameters(further) if p.shape]
         own = {p.symbol: _WEAKER * known[p.symbol] for p in wider.fitted_parameters(further) if not p.shape}
@@ -132,7 +138,7 @@ def more_branches(problem: Problem, best: Fitted, executor: Executor) -> frozens
         return any(_takes(problem, best, fitted, len(_APART), OTHER, UNLIKELY) for fitted in fits)
 
     branching = (e for e in best.hypothesis.effects if e.name in _BRANCHING)
-    return frozenset(effect.name for effect in branching if has_more(effect))
+    return frozenset(effect.name for effect in branching if may_have_more(effect))
 
 
 def worth_while(

@@ -215,7 +215,8 @@ class Diagnosis:
         preflight: what the check before the diagnosis saw.
         candidates: the best of what was tried, best first.
         tried: how many sets of effects were tried.
-        untried: effects, and sets of so many effects, that there was no time for.
+        untried: effects, and sets of so many effects, that there was no time for; `further_NAME` is one
+            more of the kind of NAME.
         recordings: names of the recordings.
         further_fits: of the recordings after the first, in their order, what `fit` says of the first.
         replays: of every block of a whole station, if that was asked for, how far it is from its replay.
