@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
+from statistics import median
 from typing import Any, Final
 
 import numpy as np
@@ -102,6 +103,9 @@ class Metrics:
         delay_s: the operator-to-telerobot delay [s] that was used.
         stages: name of `STAGES` -> error of the rendered force against the measured one, and, its name ending in
             `_true`, against the plant's force without sensor noise.
+        each_touch: of every touch by itself, in the run's order: the ratio along x and y in its first `TOUCH_S`,
+            against the plant's force without noise, or else the measured one; None where that is zero. The first
+            touch of an object that nobody knows is felt as nothing.
     """
 
     rendered_error: ForceError
@@ -117,6 +121,13 @@ class Metrics:
     contact_s: float
     delay_s: float
     stages: Mapping[str, ForceError] = field(default_factory=dict)
+    each_touch: tuple[float | None, ...] = ()
+
+    @property
+    def median_touch_error(self) -> float | None:
+        """The median of `each_touch` that are known; None where none is."""
+        known = [error for error in self.each_touch if error is not None]
+        return median(known) if known else None
 
     def to_json(self) -> dict[str, Any]:
         """The keys of one case of `experiment --json` that come from its recording; numbers, None, lists and dicts."""
@@ -130,6 +141,8 @@ class Metrics:
             "measured_rms_n": self.rendered_error.reference_rms | {"z": self.rendered_error.normal_reference_rms},
             "contact_s": self.contact_s,
             "time_to_stable_s": self.time_to_stable_s,
+            "touch_errors": list(self.each_touch),
+            "median_touch_error": self.median_touch_error,
             "touch_lag_s": self.touch.median_s,
             "release_lag_s": self.release.median_s,
             "touch_lags_s": list(self.touch.lags_s),
@@ -196,6 +209,7 @@ def measure(
         delay_s=delay_s,
         stages={name: rendered_errors[name] for name in STAGES if name in rendered_errors}
         | {f"{name}_true": true_errors[name] for name in STAGES if name in true_errors},
+        each_touch=_of_each_touch(even, rendered, "true_force" if true_errors else measured, step),
     )
 
 
@@ -296,6 +310,21 @@ def _band_rms(
 
 def _ratios(error: Mapping[str, float], scale: Mapping[str, float]) -> Ratios:
     return {band: error[band] / rms if rms > 0.0 else None for band, rms in scale.items()}
+
+
+def _of_each_touch(recording: Recording, rendered: _Force, reference: str, step: float) -> tuple[float | None, ...]:
+    """`Metrics.each_touch`, of forces along x and y."""
+    contact = flag(recording, "in_contact")
+    forces = [(rendered(axis), component(recording, reference, axis)) for axis in "xy"]
+    found: list[float | None] = []
+    for start in (*([0] if contact[0] else []), *rising(contact)):
+        chosen = np.flatnonzero(contact[start : start + round(TOUCH_S / step)]) + start
+        error, size = (
+            math.sqrt(sum(float(np.sum(np.square(part))) for part in parts))
+            for parts in zip(*((f[chosen] - true[chosen], true[chosen]) for f, true in forces), strict=True)
+        )
+        found.append(error / size if size > 0.0 else None)
+    return tuple(found)
 
 
 def _around_switches(recording: Recording, touch: Lags, release: Lags) -> tuple[Flags, Flags]:

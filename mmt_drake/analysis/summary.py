@@ -27,7 +27,9 @@ def lines(metrics: Metrics) -> list[str]:
         for name, error in metrics.stages.items()
         if (words := _STAGES.get(name))
     )
-    lines.append(f"  from the first touch on: {', '.join(stages)}")
+    each = metrics.median_touch_error
+    told = "" if each is None else f" (median of the touches {percent(each)})"
+    lines.append(f"  from the first touch on: {', '.join(stages)}{told}")
     if metrics.switch_error is not None:
         lines.append(f"  around touches and releases: {percent(metrics.switch_error.tangential['all'])}")
     if metrics.between_switches_error is not None:

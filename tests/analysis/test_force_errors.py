@@ -149,6 +149,7 @@ def test_the_whole_run_is_told_in_stages_first_contact_the_rest_and_touches(reco
     assert found["error_rest"]["all"] == pytest.approx(np.sqrt((8750 * 0.1**2 + 50 * 0.25**2) / 8800))
     assert found["error_touches"]["all"] == pytest.approx(np.sqrt((2 * 0.5**2 + 0.25**2) / 3))
     assert found["error_first_0.5s_true"]["all"] == pytest.approx(0.25)
+    assert found["touch_errors"] == pytest.approx([0.25, 0.25, 0.375]) and found["median_touch_error"] == 0.25
 
 
 def test_time_to_stable_is_contact_time_until_stable_for_good(recording_of):
