@@ -104,8 +104,8 @@ class Metrics:
         stages: name of `STAGES` -> error of the rendered force against the measured one, and, its name ending in
             `_true`, against the plant's force without sensor noise.
         each_touch: of every touch by itself, in the run's order: the ratio along x and y in its first `TOUCH_S`,
-            against the plant's force without noise, or else the measured one; None where that is zero. The first
-            touch of an object that nobody knows is felt as nothing.
+            against the plant's force without noise, or else the measured one; None where that is zero. An object
+            that is touched for the first time is felt as what is believed beforehand.
     """
 
     rendered_error: ForceError

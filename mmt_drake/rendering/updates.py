@@ -110,7 +110,7 @@ class EnergyPermitting(Checked):
 
     reserve: Annotated[float, Quantity("J", positive=True)] = 0.05
     rate: Annotated[float, Quantity("N/s", positive=True)] = 50.0
-    unsure_rate: Annotated[float, Quantity("N/s", positive=True)] = 10.0
+    unsure_rate: Annotated[float, Quantity("N/s", positive=True)] = 30.0
     name = "energy_permitting"
     CALLED: ClassVar = "updates"
 

@@ -62,7 +62,7 @@ def judge(found: Cases) -> Findings:
     caption = (
         "Error of the rendered force along x and y; all but the first and the last column against the plant's force "
         "without noise or delay, the last against the measured one. The first touch is that of an object which nobody "
-        "knows: it is felt as nothing until there is an estimate, and all touches together show that."
+        "knows: it is felt as what is believed beforehand, and all touches together show that."
     )
     return findings_of({name: _judged(case) for name, case in found.items()}, headers, caption)
 
