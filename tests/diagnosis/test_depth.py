@@ -3,6 +3,7 @@
 import pytest
 
 from mmt_drake.diagnosis.decide.depth import (
+    MINUTE,
     SLIGHT,
     beside_another_curve,
     beside_another_size,
@@ -82,6 +83,14 @@ def test_a_slight_effect_beside_a_great_one_may_be_what_that_law_gets_wrong(
     effect, beside = LIBRARY["stribeck_friction"], LIBRARY[other]
     assert beside_another_size(depth, effect, {effect: share, beside: 0.5}) == said
     assert beside_another_size(depth, beside, {effect: share, beside: 0.5}) == of_the_great
+
+
+@pytest.mark.parametrize(("part", "said"), [(0.9, None), (1.1, "law")])
+def test_what_takes_less_than_a_hundredth_of_another_effect_is_not_sure(part: float, said: str | None) -> None:
+    ripple, friction = LIBRARY["torque_ripple"], LIBRARY["asymmetric_friction"]
+    shares = {ripple: 0.97, friction: part * MINUTE * 0.97}
+    assert beside_another_size("law", friction, shares) == said
+    assert beside_another_size("law", ripple, shares) == "law"
 
 
 @pytest.mark.parametrize(

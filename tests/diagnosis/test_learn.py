@@ -84,7 +84,7 @@ def test_a_relaxation_beside_which_a_faster_one_explains_more_may_be_another_law
     best = problem.fit(hypothesis, hypothesis.vector({}, {relaxation.name: {"k_maxwell": 150.0, "tau": 0.3}}))
     with ThreadPoolExecutor(1) as executor:
         assert more_branches(problem, best, executor, Watch()) == open_ones
-        late = Watch(seconds=-1.0)
+        late = Watch(seconds=0.0)
         assert more_branches(problem, best, executor, late) == {relaxation.name}
     assert late.missed == ("viscoelastic_relaxation + further_viscoelastic_relaxation",)
 

@@ -21,6 +21,9 @@ SLIGHT = 0.03
 """An effect that takes less than this part of what another one of its block takes is no surer than the block, and that
 one no surer than its family."""
 
+MINUTE = 0.01
+"""An effect that takes less than this part of what another one takes, of whatever block, is not sure at all."""
+
 
 _TIMING = "timing"
 _SMOOTH = "smooth_coulomb_friction"
@@ -129,10 +132,11 @@ def beside_its_block(depths: Mapping[Placed, Depth | None]) -> dict[str, Depth |
 
 
 def beside_another_size(depth: Depth | None, effect: Effect, shares: Mapping[Effect, float]) -> Depth | None:
-    """How deep a name holds beside a much greater or a much slighter effect of the same block.
+    """How deep a name holds beside a much greater effect, or a much slighter one of its block.
 
     What a law that is not quite right leaves of its own effect, another one draws in part: of the slight one only the
-    block is sure then, and of the great one no more than the family.
+    block is sure then, and of the great one no more than the family. Where bodies stick by chance even the right law
+    leaves a hundredth, which any effect may draw.
 
     Args:
         depth: that all explanations share.
@@ -141,6 +145,8 @@ def beside_another_size(depth: Depth | None, effect: Effect, shares: Mapping[Eff
     """
     block, own = AT["block"], shares[effect]
     beside = [share for other, share in shares.items() if other != effect and block(other) == block(effect)]
+    if any(own < MINUTE * share for share in shares.values()):
+        return None
     if depth is not None and any(own < SLIGHT * share for share in beside):
         return "block"
     return "family" if depth == "law" and any(share < SLIGHT * own for share in beside) else depth

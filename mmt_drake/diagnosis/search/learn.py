@@ -37,6 +37,8 @@ _BRANCHING = ("viscoelastic_relaxation", "hysteresis", "elastoplastic_play")
 """Laws that relax or yield at one rate, where materials have many: more of them side by side are another law."""
 _WEAKER, _APART = 0.3, (0.25, 4.0)
 """A further branch begins with this part of the strength, and so many times what gives the first one its shape."""
+_ASKING = 0.1
+"""It is asked for only where this share of the time is left."""
 SIGNIFICANT = 0.01
 _LEAST_TRIED = 4
 """Signals that a table is learned over, however late it is."""
@@ -126,7 +128,7 @@ def more_branches(problem: Problem, best: Fitted, executor: Executor, watch: Wat
         further = replace(effect, name=f"further_{effect.name}")
         if not best.hypothesis.admits(further):
             return False
-        if watch.is_late():
+        if not watch.has_left(_ASKING):
             watch.miss([f"{effect.name} + {further.name}"])
             return True
         known, wider = best.effect_values[effect.name], best.hypothesis.adding(further)

@@ -63,6 +63,7 @@ class Watch:
     ) -> None:
         self._stages, self._on_stage, self._stage = tuple(stages), on_stage, Stage("")
         self._on_answer: OnAnswer | None = on_answer
+        self._seconds = seconds
         self._end = time.monotonic() + seconds
         self._missed: dict[str, None] = {}
         self._left: dict[str, float] = {}
@@ -81,6 +82,10 @@ class Watch:
     def is_late(self) -> bool:
         """Whether the time is over."""
         return time.monotonic() > self._end
+
+    def has_left(self, share: float) -> bool:
+        """Whether this share of all the time that there was is left."""
+        return self._end - time.monotonic() >= share * self._seconds
 
     @contextmanager
     def within(self, share: float) -> Iterator[None]:
