@@ -117,6 +117,19 @@ ANSWERS = {
 }
 
 
+@pytest.mark.parametrize(
+    ("kept", "said", "wrong"),
+    [
+        ("out.npz.mcap", "mmt-drake: out.npz.mcap: row 9, column 'rendered_force_z': found nan, expected x\n", ""),
+        ("out.npz.mcap", "mmt-drake: in.yaml: found x, expected y\n", "left behind: out.npz.mcap"),
+        ("out.part.mcap", "mmt-drake: out.part.mcap: found x, expected y\n", "left behind: out.part.mcap"),
+    ],
+)
+def test_a_recording_may_stay_where_its_refusal_names_it(tmp_path: Path, kept: str, said: str, wrong: str) -> None:
+    (tmp_path / kept).touch()
+    assert harness._wrong(2, said, tmp_path) == wrong
+
+
 def test_a_wrong_answer_is_seen_and_the_next_input_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(harness, "_ASLEEP", 1.0)
     targets = {target.__name__: (target, 1) for target in ANSWERS}
