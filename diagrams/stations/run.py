@@ -10,7 +10,7 @@ from mmt_drake.diagrams.stations.scenario import Scenario, load_scenario
 from mmt_drake.diagrams.stations.station import build_station, worth_spreading
 from mmt_drake.errors import BadInput, check_number
 from mmt_drake.recording import Recording, load, save
-from mmt_drake.recording.files import check_target, kept_as_recorded
+from mmt_drake.recording.files import check_target, kept_as_recorded, native_of
 from mmt_drake.recording.mcap_writer import whole_or_none
 
 
@@ -45,7 +45,7 @@ def run(
     if target is not None:
         check_target(target)
     with TemporaryDirectory(prefix="mmt-drake-") as folder:
-        native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
+        native = native_of(target, folder)
         spread = worth_spreading(chosen, seconds)
         station = build_station(
             chosen, record=native, operator=hand, spread=spread, estimator=estimator, renderer=renderer

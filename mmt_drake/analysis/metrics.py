@@ -8,6 +8,7 @@ from statistics import median
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mmt_drake.analysis.lags import Lags, lags
 from mmt_drake.analysis.signals import (
@@ -217,9 +218,15 @@ def _stages(contact: Flags, step: float) -> dict[str, Flags]:
     """The samples of each of `STAGES`, (n,)."""
     first: Flags = contact & (contact_time(contact, step) < FIRST_S - step / 2)
     touches = np.zeros(len(contact), dtype=bool)
-    for start in (0, *rising(contact)):
-        touches[start : start + round(TOUCH_S / step)] = True
-    return dict(zip(STAGES, (first, contact & ~first, contact & touches), strict=True))
+    for chosen in _touches(contact, step):
+        touches[chosen] = True
+    return dict(zip(STAGES, (first, contact & ~first, touches), strict=True))
+
+
+def _touches(contact: Flags, step: float) -> list[NDArray[np.intp]]:
+    """Of every touch the samples in contact within its first `TOUCH_S`."""
+    starts = np.concatenate([np.flatnonzero(contact[:1]), rising(contact)])
+    return [start + np.flatnonzero(contact[start : start + round(TOUCH_S / step)]) for start in starts]
 
 
 def counted(recording: Recording) -> Flags:
@@ -314,11 +321,9 @@ def _ratios(error: Mapping[str, float], scale: Mapping[str, float]) -> Ratios:
 
 def _of_each_touch(recording: Recording, rendered: _Force, reference: str, step: float) -> tuple[float | None, ...]:
     """`Metrics.each_touch`, of forces along x and y."""
-    contact = flag(recording, "in_contact")
     forces = [(rendered(axis), component(recording, reference, axis)) for axis in "xy"]
     found: list[float | None] = []
-    for start in (*([0] if contact[0] else []), *rising(contact)):
-        chosen = np.flatnonzero(contact[start : start + round(TOUCH_S / step)]) + start
+    for chosen in _touches(flag(recording, "in_contact"), step):
         error, size = (
             math.sqrt(sum(float(np.sum(np.square(part))) for part in parts))
             for parts in zip(*((f[chosen] - true[chosen], true[chosen]) for f, true in forces), strict=True)

@@ -24,7 +24,7 @@ from mmt_drake.errors import BadInput
 from mmt_drake.realtime import Pace, ProcessOptions, real_time_process
 from mmt_drake.recording import Recording, load, save
 from mmt_drake.recording.atomic import beside
-from mmt_drake.recording.files import check_target, kept_as_recorded
+from mmt_drake.recording.files import check_target, kept_as_recorded, native_of
 from mmt_drake.recording.mcap_writer import McapWriter, whole_or_none
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
         meshcat = opened.enter_context(
             _viewer(arguments.meshcat, arguments.port, needed=sliders, notices=looser, truth=truth)
         )
-        native = target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
+        native = native_of(target, folder)
         whole = arguments.side is None
         devices = hardware.open_devices(opened, arguments, scenario)
         hand, arm = devices.hand, devices.arm

@@ -126,6 +126,11 @@ def save(recording: Recording, path: str | Path) -> None:
             write_npz(recording, temporary)
 
 
+def native_of(target: Path | None, folder: str | Path) -> Path:
+    """Where a run records: the ``.mcap`` that is asked for, else one in a folder that goes."""
+    return target if target is not None and target.suffix.lower() == ".mcap" else Path(folder) / "run.mcap"
+
+
 def kept_as_recorded(refused: BadInput, file: Path, target: str | Path) -> BadInput:
     """Keep a run's ``.mcap`` that no other format may hold beside the name that the recording was to have.
 
