@@ -34,7 +34,7 @@ _REAL = (
 """Data sets whose known physics acts along one axis; scans of palpation and arms have pages of their own."""
 TRIALS = {
     "trial": "trial --seed 328 --per-effect 4",
-    "trial-remainder": "trial --seed 77 --per-effect 1 --remainder 0.2",
+    "trial-remainder": "trial --seed 77 --per-effect 3 --remainder 0.2",
     "trial-foreign": "trial --seed 316 --per-effect 1 --plant foreign",
     "trial-surfaces": "trial --seed 91 --per-effect 3 --plant palpation",
     "trial-arms": "trial --arms --seed 49 --per-effect 20",

@@ -50,6 +50,7 @@ def station_blocks(scenario: Scenario, *, model: FlexibleBoxModel | None = None)
         ("telerobot", scenario.telerobot, scenario.telerobot is None, "none: blocks are those of set-up 1"),
         ("environment.cloud", world.cloud, isinstance(world.cloud, SurfaceCloud), "!SurfaceCloud"),
         ("environment.surface", scenario.shape, scenario.shape is None, "none: its normals are not recorded"),
+        ("touch", scenario.touch, scenario.touch is None, "null: the corrected cloud is not recorded"),
     ):
         if not good:
             raise BadInput(scenario.name, at=at, found=f"!{type(chosen).__name__}", expected=expected)

@@ -36,6 +36,7 @@ from mmt_drake.systems.passivity_controlled_motion import PassivityControlledMot
 from mmt_drake.systems.probe_compensation import ProbeCompensation
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 from mmt_drake.systems.touched_object import TouchedObject
+from mmt_drake.systems.touched_surface import TouchedSurface
 
 if TYPE_CHECKING:
     from mmt_drake.hw.safety.ages import CameraAge, DeviceAge, HandAge
@@ -182,8 +183,15 @@ def scene(site: Site) -> System | None:
 
 def local_frame(site: Site) -> LocalFrame | None:
     """What an estimator reads on a surface that is not level."""
-    level = site.scenario.shape is None and site.scenario.several is None
+    scenario = site.scenario
+    level = scenario.shape is None and scenario.several is None and scenario.touch is None
     return None if level else LocalFrame(period=site.step)
+
+
+def touch(site: Site) -> TouchedSurface | None:
+    """What corrects the surface by touches."""
+    chosen = site.scenario.touch
+    return None if chosen is None else TouchedSurface(chosen, period=site.step, radius=site.proxy.r3)
 
 
 def while_well(site: Site) -> WhileWell | None:

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from mmt_drake.ceilings import Option, looser_options
 from mmt_drake.cloud import ProxySettings
+from mmt_drake.cloud.touch import TouchSettings
 from mmt_drake.diagrams.stations.carrying import Carrying
 from mmt_drake.diagrams.stations.device_options import Franka, Omega
 from mmt_drake.diagrams.stations.environment import Environment, ForeignBox
@@ -62,6 +63,7 @@ class Scenario:
         environment: the object and the telerobot's sensors; `!ForeignBox`: by a simulation of another kind;
             `!SeveralObjects`: several of them on a table.
         detector: the telerobot's contact detector.
+        touch: touches correct the height of the surface that is seen; null: it is believed.
         estimator: the telerobot's estimator: the thesis's, the one whose model runs freely, or one's own.
         renderer: what the operator feels; `!OwnRenderer`: one's own.
         learner: names physics that the estimator's numbers leave out, while it is felt; null: nobody does.
@@ -85,6 +87,7 @@ class Scenario:
     to_renderer: ChannelConfig = field(default_factory=ChannelConfig)
     environment: Environment | ForeignBox | SeveralObjects = field(default_factory=Environment)
     detector: ProxySettings = ProxySettings()
+    touch: TouchSettings | None = None
     estimator: EstimatorOptions = RlsOptions()
     renderer: Renderer = field(default_factory=ImpedanceReflection)
     learner: Learning | None = None
@@ -102,6 +105,7 @@ class Scenario:
         if self.switching == "operator" and not self.renderer.switched:
             expected = "telerobot: !DirectForce renders no model that could be switched"
             raise BadInput("scenario", at="switching", found=self.switching, expected=expected)
+        self._check_touch()
         if self.learner is not None:
             self._check_learner()
         if self.carrying is not None:
@@ -111,6 +115,13 @@ class Scenario:
             raise BadInput(
                 "scenario", at=f"environment.{said}", found=getattr(self.environment, said), expected=expected
             )
+
+    def _check_touch(self) -> None:
+        """Refuse touches that correct no surface: what is carried or one of several has none that stays."""
+        for at, there in (("environment", self.several is not None), ("carrying", self.carrying is not None)):
+            if there and self.touch is not None:
+                found, expected = "touches that correct the surface", f"null beside this `{at}`"
+                raise BadInput("scenario", at="touch", found=found, expected=expected)
 
     def _check_carrying(self) -> None:
         """Refuse what is not carried, or not felt while it is."""
@@ -169,7 +180,7 @@ class Scenario:
     @property
     def seen_by_operator(self) -> bool:
         """Whether a detector beside the operator says where the surface is, and whether the hand touches it."""
-        uneven = self.shape is not None or self.several is not None
+        uneven = self.shape is not None or self.several is not None or self.touch is not None
         return self.switching == "operator" or (uneven and self.renderer.switched)
 
     @property

@@ -71,7 +71,7 @@ class Signal:
             return tuple(_CARRIED_UNITS.get(column.rsplit("_", 1)[1], "") for column in self.columns)
         if self.name == "scene":
             return tuple(SCENE_UNITS[column.split("_", 2)[2]] for column in self.columns)
-        if self.name == "places":
+        if self.name in ("places", "surface_raised"):
             return ("m",) * self.size
         if self.name == "model":
             return tuple(THETA_UNITS.get(number.removeprefix("model_"), "") for number in self.columns)
@@ -168,6 +168,7 @@ SIGNALS = (
     _scalar("remembered", "/memory/remembered", "code"),
     _scalar("touched", "/environment/touched", "code"),
     _scalar("probe_zero", "/probe_compensation/zero", "code"),
+    _array("surface_raised", "/touched_surface/raised", ("height", "deviation")),
     # A run in real time, and on devices.
     _vector("applied_force", "/omega/wrench", WRENCH, "force"),
     _scalar("safety_armed", "/safety/armed", "flag"),

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mmt_drake.analysis.metrics import measure
 from mmt_drake.diagrams.proof.experiments.comparisons.any_surface import errors_on
 from mmt_drake.diagrams.stations.hands import laid
 from mmt_drake.diagrams.stations.returned import returned
@@ -48,6 +49,37 @@ def test_a_surface_adds_the_parts_that_it_needs_and_a_level_one_none() -> None:
     told = load_scenario("setup1-free-running", [BALL])
     assert "held_body" not in returned(told)
     assert "in_contact" not in returned(load_scenario("setup1", [BALL]))
+
+
+def test_a_surface_that_is_seen_a_millimetre_too_low_is_felt_where_it_is_from_the_second_touch_on(
+    tmp_path: Path,
+) -> None:
+    sets = [
+        "environment.!=ForeignBox",
+        "environment.surface=0.001",
+        "operator.parameters={duration: 12.0}",
+        "duration=12.0",
+    ]
+    median = {}
+    for touch in ("null", "{}"):
+        recording = run(load_scenario("setup1-free-running", [*sets, f"touch={touch}"]))
+        median[touch] = measure(recording).median_touch_error
+        assert ("surface_raised_height" in recording.columns) == (touch == "{}")
+    assert median["null"] > 0.3
+    assert median["{}"] < 0.05
+    assert recording["surface_raised_height"][-1] == pytest.approx(0.001, abs=5e-5)
+    assert recording["surface_raised_deviation"][-1] < 5e-5
+
+
+@pytest.mark.parametrize(
+    ("sets", "beside"),
+    [(["environment=!SeveralObjects {}"], "environment"), (["carrying={hang: {centre: 0.05}}"], "carrying")],
+)
+def test_touches_correct_no_surface_that_comes_and_goes(sets: list[str], beside: str) -> None:
+    with pytest.raises(
+        BadInput, match=f"touch: found touches that correct the surface, expected null beside this `{beside}`"
+    ):
+        load_scenario("setup1-free-running", sets)
 
 
 def test_a_laid_hand_is_as_high_above_the_surface_as_it_was_above_the_table() -> None:

@@ -69,6 +69,7 @@ from mmt_drake.systems.scripted_operator import ScriptedOperator
 from mmt_drake.systems.surface_contact import SurfaceContactSystem
 from mmt_drake.systems.surface_contact_detector import SurfaceContactDetector
 from mmt_drake.systems.touched_object import TouchedObject
+from mmt_drake.systems.touched_surface import TouchedSurface
 from mmt_drake.systems.yielding_hand import YieldingHand
 from mmt_drake.viewer.viewer import Viewer
 
@@ -346,6 +347,7 @@ CASES: dict[str, Case] = {
     "PassivityControlledMotion": Case(lambda folder: PassivityControlledMotion()),
     "ProxySpringRenderer": Case(lambda folder: ProxySpringRenderer(), still=frozenset({"status"})),
     "LocalFrame": Case(lambda folder: LocalFrame()),
+    "TouchedSurface": Case(lambda folder: TouchedSurface()),
     "ContactDetector": Case(lambda folder: ContactDetector()),
     "SurfaceContactDetector": Case(
         lambda folder: SurfaceContactDetector(), computed_together=frozenset({("position", "proxy_state")})

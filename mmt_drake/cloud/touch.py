@@ -1,0 +1,224 @@
+"""Where a surface is, by when a force begins on the tip that comes down on it.
+
+A camera errs by a millimetre, and a touch tells the height to some hundredths of one. Before the touch there is no
+force along the normal, and from it on
+
+    F = k (h - z) - b v        for z < h,
+
+late by what the force is late: a delay, then a low pass of first order. z is the tip's height over the surface as the
+cloud shows it, v its speed, h how much higher the surface is. For each instant of the touch h is z then, and k and b
+follow by least squares, neither below 0; the best instant is taken. A damper makes the force begin with a step, so an
+extrapolation of the force to zero would be wrong by b v / k, centimetres.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.facet import surface_near
+from mmt_drake.cloud.grid import COUNT, Grid, cells_across
+from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.vectors import UP, Vector
+from mmt_drake.quantities import Checked, Length, Quantity
+
+BEFORE_S, AFTER_S = 0.08, 0.048
+"""How much of a touch is looked at before the force shows and after it [s]."""
+_BACK_S = 0.06  # before the force shows, in which the touch may have been
+_SPLITS = 5  # of the lateness into delay and time constant
+_PARTS = 10  # of a sample, in which the instant is sought
+_STEEP = 0.2  # least z of a normal
+_EXPLAINED = 0.9  # share of the squared force
+_ALIKE = 1e-9  # share of the squared force by which two instants are equally good: at even speed, all in one tick
+_LEAST = 0.3  # samples, to which the instant is known at best
+
+
+@dataclass(frozen=True)
+class TouchSettings(Checked):
+    """What is known of a cloud before anything has been touched.
+
+    Attributes:
+        deviation: standard deviation of the height that it shows [m].
+        slope: of its slope [1]: so much more per metre it may be off beside the last touch.
+        wander: standard deviation from one touch to the next at the same place [m].
+
+    Raises:
+        BadInput: a value out of range.
+    """
+
+    deviation: Length = 1e-3
+    slope: Annotated[float, Quantity("1")] = 0.01
+    wander: Annotated[float, Quantity("m")] = 5e-5
+
+    CALLED: ClassVar = "touch"
+
+    def beside(self, spread: float, way: float) -> float:
+        """What a standard deviation of the height [m] becomes a way from where that was touched [m]."""
+        return min(math.hypot(spread, self.slope * way, self.wander), self.deviation)
+
+
+class TouchedHeight(NamedTuple):
+    """What a touch tells.
+
+    Attributes:
+        height: of the surface over where the cloud shows it, along z [m].
+        deviation: standard deviation of that [m].
+    """
+
+    height: float
+    deviation: float
+
+
+def height_of_touch(
+    samples: Array, noise: Array, onset: int, cloud: Cloud, radius: float, period: float, lateness: tuple[float, float]
+) -> TouchedHeight | None:
+    """The height of a surface by one touch.
+
+    None where no point of it is near, where it is so steep that it has no height, or where the force is not a touch's.
+
+    Args:
+        samples: (n, 9) position [m], velocity [m/s] and force [N] of the tip, less the force in free space.
+        noise: (3,) standard deviations of the force in free space [N].
+        onset: the first sample whose force is no noise.
+        cloud: the surface as it is seen.
+        radius: points within it of the tip tell where that is [m].
+        period: between samples [s].
+        lateness: of the force, and its standard deviation [s].
+    """
+    normal, along = plane_below(cloud, samples[onset, :3], radius)
+    if math.isnan(along) or normal[2] < _STEEP:
+        return None
+    n = np.array(normal)
+    z, v, force = samples[:, :3] @ n - along, samples[:, 3:6] @ n, samples[:, 6:] @ n
+    late, unsure = max(lateness[0], 0.0), lateness[1]
+    at, ticks, share = instant_of_touch(z, v, force, onset, period, late, float(np.linalg.norm(noise * n)))
+    if not share > _EXPLAINED:
+        return None
+    deviation = abs(_between(v, at)) * math.hypot(period * ticks, unsure)
+    return TouchedHeight(_between(z, at) / normal[2], deviation / normal[2])
+
+
+@njit(cache=True)
+def instant_of_touch(
+    z: Array, v: Array, force: Array, onset: int, period: float, late: float, noise: float
+) -> tuple[float, float, float]:
+    """When a touch began, in samples; how far that is certain, likewise; and the share of the force that it explains.
+
+    Args:
+        z: (n,) heights of the tip over the surface that was believed [m].
+        v: (n,) its speeds along the normal [m/s].
+        force: (n,) along the normal, less what there was in free space [N].
+        onset: the first sample whose force is no noise.
+        period: between samples [s].
+        late: delay and time constant of the force together [s]; how much of it is which is told by the touch.
+        noise: standard deviation of the force [N].
+    """
+    latest = onset * _PARTS
+    earliest = max(latest - int((_BACK_S + 3.0 * late) / period) * _PARTS, _PARTS)
+    least, best, lag, total, n = math.inf, math.nan, 0.0, 0.0, len(force)
+    for i in range(n):
+        total += force[i] ** 2
+    for split in range(_SPLITS if late > 0.0 else 1):
+        tried = split * late / max(_SPLITS - 1, 1)
+        for candidate in range(earliest, latest + 1):
+            left = _left(candidate / _PARTS, z, v, force, period, late - tried, tried)
+            if left < least:
+                least, best, lag = left, candidate / _PARTS, tried
+    limit = least + max(noise * noise, least / max(n - 3, 1), _ALIKE * total)
+    first = last = best
+    for candidate in range(earliest, latest + 1):
+        if _left(candidate / _PARTS, z, v, force, period, late - lag, lag) <= limit:
+            first, last = min(first, candidate / _PARTS), max(last, candidate / _PARTS)
+    share = 1.0 - least / total if total > 0.0 else 0.0
+    return 0.5 * (first + last), max(0.5 * (last - first), _LEAST), share
+
+
+@njit(cache=True)
+def _left(start: float, z: Array, v: Array, force: Array, period: float, delay: float, lag: float) -> float:
+    """What is left of the squared forces where the touch was at sample `start`, k and b being the best."""
+    height, shift = _between(z, start), delay / period
+    spring = damper = kk = kb = bb = kf = bf = left = 0.0
+    for i in range(len(force)):
+        left += force[i] ** 2
+        at = i - shift
+        if at < start:
+            continue
+        depth, speed = height - _between(z, at), -_between(v, at)
+        share = 1.0
+        if lag > 0.0:
+            share = 1.0 - math.exp(-min(at - start, 1.0) * period / lag)
+        spring += share * (depth - spring)
+        damper += share * (speed - damper)
+        kk += spring * spring
+        kb += spring * damper
+        bb += damper * damper
+        kf += spring * force[i]
+        bf += damper * force[i]
+    determinant = kk * bb - kb * kb
+    k = b = -1.0
+    if determinant > 1e-12 * kk * bb:
+        k, b = (bb * kf - kb * bf) / determinant, (kk * bf - kb * kf) / determinant
+    if k < 0.0 or b < 0.0:
+        alone_k, alone_b = max(kf, 0.0) ** 2 / kk if kk > 0.0 else 0.0, max(bf, 0.0) ** 2 / bb if bb > 0.0 else 0.0
+        return left - max(alone_k, alone_b)
+    return left - k * kf - b * bf
+
+
+@njit(cache=True)
+def _between(values: Array, at: float) -> float:
+    """A value between two samples, the first or last one beyond them."""
+    i = min(max(int(at), 0), len(values) - 2)
+    part = min(max(at - i, 0.0), 1.0)
+    return values[i] + part * (values[i + 1] - values[i])
+
+
+def plane_below(cloud: Cloud, tip: Array, radius: float) -> tuple[Vector, float]:
+    """The plane of a cloud's surface under a tip: outward unit normal n, and n . x of its points x [m].
+
+    Of a cloud without normals it is level, as high as the points within the radius of the tip across z.
+
+    Args:
+        cloud: the surface.
+        tip: (3,) [m].
+        radius: within which points count [m].
+
+    Returns:
+        n, and NaN where no point counts.
+    """
+    if cloud.normals is None:
+        moved = cloud.translation
+        points, starts, frame, _ = cloud.kernel_arrays
+        low = tuple((tip[:3] - moved).tolist())
+        return UP, _mean_height(Grid(points, starts, frame), low, radius) + float(moved[2])
+    depths, normals = surface_near(cloud, tip[None, :3], np.array([UP]), radius)
+    n = tuple(normals[0].tolist())
+    return n, float(normals[0] @ tip[:3] + depths[0])
+
+
+@njit(cache=True)
+def _mean_height(grid: Grid, at: Vector, radius: float) -> float:
+    """Mean z of the points in the column about `at`, grid coordinates [m]; NaN if there are none."""
+    y0, y1 = cells_across(grid, 1, at, radius)
+    x0, x1 = cells_across(grid, 0, at, radius)
+    count_x, count_y, total, count = int(grid.frame[COUNT]), int(grid.frame[COUNT + 1]), 0.0, 0
+    for iz in range(int(grid.frame[COUNT + 2])):
+        for iy in range(y0, y1):
+            row = count_x * (iy + count_y * iz)
+            for i in range(grid.starts[row + x0], grid.starts[row + x1]):
+                dx, dy = grid.points[0, i] - at[0], grid.points[1, i] - at[1]
+                if dx * dx + dy * dy < radius * radius:
+                    total += grid.points[2, i]
+                    count += 1
+    return total / count if count else math.nan
+
+
+def compile_touch(radius: float) -> None:
+    """Compile what `height_of_touch` needs, of clouds with normals and without."""
+    samples = np.zeros((8, 9))
+    samples[:, 2], samples[:, 5], samples[4:, 8] = -np.arange(8.0), -1.0, np.arange(1.0, 5.0)
+    for normals in (None, [UP]):
+        cloud = Cloud(samples[4:5, :3], normals=normals)
+        height_of_touch(samples, np.zeros(3), 4, cloud, radius, 1.0, (0.0, 0.0))

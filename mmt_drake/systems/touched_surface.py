@@ -1,0 +1,173 @@
+"""A surface that touches correct."""
+
+import math
+
+import numpy as np
+from numba import njit
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context
+
+from mmt_drake.cloud.cloud import Cloud
+from mmt_drake.cloud.touch import AFTER_S, BEFORE_S, TouchSettings, compile_touch, height_of_touch
+from mmt_drake.numeric.arrays import Array, assign
+from mmt_drake.numeric.layout import Layout
+from mmt_drake.systems.kernel_system import KernelSystem
+
+PORT_SIZES = {"surface_raised": 2}
+
+# The memory. Of the surface, how much higher it is and the deviation of that: as it is put out, as it is known, and as
+# it was known before this touch; where the touch before was. Then the force in free space and its variance; ticks so
+# far, in free space, and since a force has shown; the last samples, which stay from `AFTER_S` after a touch to its end.
+_RAISED, _KNOWN, _BEFORE, _PLACE, _MEAN, _VARIANCE, _TICK, _FREE, _SINCE, _RING = map(
+    Layout(), (2, 2, 2, 3, 3, 3, 1, 1, 1, 0)
+)
+
+_SAMPLE = 9
+_NOTHING, _TOUCHED, _ENDED = range(3)
+_NOISES, _LEAST_FORCE = 6.0, 1e-3  # deviations of the force, and [N], from which on it is no noise
+_LEARN_S, _FORGET_S = 0.02, 0.2  # time in free space after which the force there is known, and forgotten
+_OFF = 1e-3  # [m] above all heights that the surface may have: the tip is in free space
+_UNDER_TIP = 1e-3  # [m/s] by which the surface is moved where the tip is on it
+
+
+class TouchedSurface(KernelSystem):
+    """Moves a cloud up or down to where the tip has touched the surface that it shows.
+
+    A camera errs by a millimetre. Then the tip touches some milliseconds before or after a detector says so, the
+    contact spring is anchored elsewhere, and the force along the normal is that of another depth. A touch tells the
+    height by when the force begins (`mmt_drake.cloud.touch`). It outvotes the cloud as far as it is more certain, by a
+    Kalman filter of one state that knows less beside the place of the last touch. While the tip is on the surface it is
+    moved by 1 mm/s at most. When a touch ends it is evaluated once more, since the lateness of the force is known
+    better by then.
+
+    .. pydrake_system::
+
+        name: TouchedSurface
+        input_ports:
+        - measurement
+        - point_cloud
+        - clearance
+        - force_lateness
+        output_ports:
+        - surface_raised
+        - readout
+        - corrected
+
+    - ``measurement`` (9): position [m], velocity [m/s] of the tip and force [N] on it, table frame.
+    - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface as it is seen; None or an empty cloud is none.
+    - ``clearance`` (1): height of the tip above the corrected surface [m]; -inf: none is seen.
+    - ``force_lateness`` (6): by what the force is late [s], as of `OutputErrorEstimator`; may stay unconnected, and
+      then it is not late.
+    - ``surface_raised`` (2): how much higher the surface is than the cloud shows it [m], and its standard deviation.
+    - ``readout`` (1170 at 1 kHz): that, and the rest of the memory.
+    - ``corrected`` (abstract, `mmt_drake.cloud.Cloud`): the cloud, moved up by that; direct feedthrough.
+
+    Args:
+        settings: what is known of the cloud beforehand.
+        period: of the ticks [s].
+        radius: points of the cloud within it of the tip tell where the surface is seen [m].
+    """
+
+    def __init__(self, settings: TouchSettings | None = None, *, period: float = 1e-3, radius: float = 5e-3) -> None:
+        super().__init__()
+        self._settings, self._period, self._radius = settings or TouchSettings(), period, radius
+        self._before, self._after = round(BEFORE_S / period), round(AFTER_S / period)
+        self.declare_inputs("measurement", "point_cloud", "clearance", "force_lateness", optional=("force_lateness",))
+        initial = np.zeros(_RING + _SAMPLE * (self._before + self._after))
+        for known in (_RAISED, _KNOWN, _BEFORE):
+            initial[known + 1] = self._settings.deviation
+        initial[_PLACE] = math.nan
+        self.declare_state_readout(PORT_SIZES, initial, period)
+        sources = {self.GetInputPort("point_cloud").ticket(), self.xd_ticket()}
+        self.DeclareAbstractOutputPort(
+            "corrected", lambda: AbstractValue.Make(Cloud.empty()), self._put_corrected, sources
+        )
+        self.compile_kernels()
+        compile_touch(self._radius)
+
+    def _put_corrected(self, context: Context, output: AbstractValue) -> None:
+        cloud = self.GetInputPort("point_cloud").Eval(context)
+        height = context.get_discrete_state_vector().value()[_RAISED]
+        if cloud is not None and height != 0.0:
+            cloud = cloud.moved(cloud.translation + np.array([0.0, 0.0, height]), cloud.stamp)
+        output.set_value(cloud)
+
+    def _step(
+        self, t: float, memory: Array, measurement: Array, cloud: Cloud | None, clearance: Array, late: Array | None
+    ) -> None:
+        happened = _follow(memory, measurement, clearance[0], self._period, self._after)
+        if happened != _NOTHING and cloud is not None:
+            self._measure(memory, cloud, late, ended=happened == _ENDED)
+
+    def _measure(self, memory: Array, cloud: Cloud, late: Array | None, ended: bool) -> None:
+        """Take in the latest touch: when its samples are there, and once more when it has ended."""
+        ring = memory[_RING:].reshape(-1, _SAMPLE)
+        samples = np.roll(ring, -(int(memory[_TICK]) % len(ring)), axis=0)
+        samples[:, 6:] -= memory[_MEAN : _MEAN + 3]
+        noise, onset = np.sqrt(memory[_VARIANCE : _VARIANCE + 3]), self._before - 1
+        lateness = (0.0, 0.0) if late is None else (float(late[2]), float(late[5]))
+        told = height_of_touch(samples, noise, onset, cloud, self._radius, self._period, lateness)
+        if told is None:
+            return
+        was, spread = memory[_BEFORE : _BEFORE + 2]
+        if not math.isnan(memory[_PLACE]):
+            way = float(np.linalg.norm(samples[onset, :3] - memory[_PLACE : _PLACE + 3]))
+            spread = self._settings.beside(spread, way)
+        share = spread**2 / (spread**2 + told.deviation**2)
+        memory[_KNOWN] = was + share * (told.height - was)
+        memory[_KNOWN + 1] = math.sqrt(1.0 - share) * spread
+        if ended:
+            memory[_BEFORE : _BEFORE + 2] = memory[_KNOWN : _KNOWN + 2]
+            memory[_PLACE : _PLACE + 3] = samples[onset, :3]
+
+
+@njit(cache=True)
+def _follow(memory: Array, measurement: Array, clearance: float, period: float, after: int) -> int:
+    """Take in a sample, in place.
+
+    Returns:
+        _TOUCHED: all samples of a touch are there; _ENDED: it is over; else _NOTHING.
+    """
+    count = (len(memory) - _RING) // _SAMPLE
+    off = clearance > _OFF + 3.0 * memory[_KNOWN + 1]
+    if off and memory[_SINCE] > after:
+        memory[_SINCE] = 0.0
+        return _ENDED
+    if memory[_SINCE] <= after:
+        at = _RING + _SAMPLE * (int(memory[_TICK]) % count)
+        assign(memory[at : at + _SAMPLE], measurement)
+        memory[_TICK] += 1.0
+    if off:
+        assign(memory[_RAISED : _RAISED + 2], memory[_KNOWN : _KNOWN + 2])
+        _learn_free_force(memory, measurement, period)
+        memory[_SINCE] = 0.0
+        return _NOTHING
+    most, left = _UNDER_TIP * period, memory[_KNOWN] - memory[_RAISED]
+    memory[_RAISED] += min(max(left, -most), most)
+    memory[_RAISED + 1] = memory[_KNOWN + 1] + abs(memory[_KNOWN] - memory[_RAISED])
+    unknown = memory[_FREE] * period < _LEARN_S or memory[_TICK] < count
+    if unknown or (memory[_SINCE] == 0.0 and not _shows_force(memory, measurement)):
+        return _NOTHING
+    memory[_SINCE] += 1.0
+    return _TOUCHED if memory[_SINCE] == after + 1.0 else _NOTHING
+
+
+@njit(cache=True)
+def _learn_free_force(memory: Array, measurement: Array, period: float) -> None:
+    memory[_FREE] += 1.0
+    share = max(1.0 / memory[_FREE], period / _FORGET_S)
+    for i in range(3):
+        away = measurement[6 + i] - memory[_MEAN + i]
+        memory[_MEAN + i] += share * away
+        memory[_VARIANCE + i] += share * ((1.0 - share) * away * away - memory[_VARIANCE + i])
+
+
+@njit(cache=True)
+def _shows_force(memory: Array, measurement: Array) -> bool:
+    """Whether the force is no noise about that in free space."""
+    squared = variance = 0.0
+    for i in range(3):
+        squared += (measurement[6 + i] - memory[_MEAN + i]) ** 2
+        variance += memory[_VARIANCE + i]
+    limit = max(_NOISES * math.sqrt(variance / 3.0), _LEAST_FORCE)
+    return squared > limit * limit
