@@ -183,8 +183,7 @@ def scene(site: Site) -> System | None:
 
 def local_frame(site: Site) -> LocalFrame | None:
     """What an estimator reads on a surface that is not level."""
-    scenario = site.scenario
-    level = scenario.shape is None and scenario.several is None and scenario.touch is None
+    level = site.scenario.shape is None and site.scenario.several is None
     return None if level else LocalFrame(period=site.step)
 
 

@@ -47,7 +47,7 @@ NETS: Final = {
     "seen": "camera.point_cloud | environment.point_cloud",
     "surface": "touch.corrected | seen",
     "measurement": "compensation.measurement | environment.measurement",
-    "local_measurement": "local_frame.measurement | measurement",
+    "local_measurement": "local_frame.measurement | touch.lowered | measurement",
     "measured_contact": "load.in_contact | compensation.in_contact | detector.in_contact",
     "detected": "while_well.signal | load.in_contact | detector.in_contact",
     "stamp": "measured_stamps.received | stamps_to_telerobot.received",

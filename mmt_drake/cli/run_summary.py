@@ -15,6 +15,7 @@ from mmt_drake.analysis.metrics import Metrics, measure
 from mmt_drake.analysis.model_trust import ModelTrust, model_trust
 from mmt_drake.analysis.objects_touched import ObjectsTouched, objects_touched
 from mmt_drake.analysis.passivity import Passivity, passivity
+from mmt_drake.analysis.surface_raised import SurfaceRaised, surface_raised
 from mmt_drake.analysis.zeroing import Zeroing, zeroing
 from mmt_drake.cli.output import RunFigure
 from mmt_drake.errors import BadInput
@@ -29,6 +30,7 @@ _Figure = (
     Zeroing
     | ModelTrust
     | ForceLateness
+    | SurfaceRaised
     | LearnerRecord
     | ToldLaws
     | NothingCarried
@@ -42,6 +44,7 @@ _FIGURES: Final[Mapping[str, Callable[[Recording], _Figure | None]]] = {
     "zero": zeroing,
     "model": model_trust,
     "force_lateness": force_lateness,
+    "surface": surface_raised,
     "learner": learner,
     "learned": learned,
     "grip": nothing_lifted,

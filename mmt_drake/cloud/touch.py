@@ -66,10 +66,12 @@ class TouchedHeight(NamedTuple):
     Attributes:
         height: of the surface over where the cloud shows it, along z [m].
         deviation: standard deviation of that [m].
+        seen: height of the cloud below the tip [m].
     """
 
     height: float
     deviation: float
+    seen: float
 
 
 def height_of_touch(
@@ -98,7 +100,8 @@ def height_of_touch(
     if not share > _EXPLAINED:
         return None
     deviation = abs(_between(v, at)) * math.hypot(period * ticks, unsure)
-    return TouchedHeight(_between(z, at) / normal[2], deviation / normal[2])
+    seen = along - n[0] * samples[onset, 0] - n[1] * samples[onset, 1]
+    return TouchedHeight(_between(z, at) / normal[2], deviation / normal[2], float(seen / normal[2]))
 
 
 @njit(cache=True)

@@ -16,10 +16,11 @@ from mmt_drake.systems.kernel_system import KernelSystem
 PORT_SIZES = {"surface_raised": 2}
 
 # The memory. Of the surface, how much higher it is and the deviation of that: as it is put out, as it is known, and as
-# it was known before this touch; where the touch before was. Then the force in free space and its variance; ticks so
-# far, in free space, and since a force has shown; the last samples, which stay from `AFTER_S` after a touch to its end.
-_RAISED, _KNOWN, _BEFORE, _PLACE, _MEAN, _VARIANCE, _TICK, _FREE, _SINCE, _RING = map(
-    Layout(), (2, 2, 2, 3, 3, 3, 1, 1, 1, 0)
+# it was known before this touch; how high the cloud was at the latest touch, and where the one before was. Then the
+# force in free space and its variance; ticks so far, in free space, and since a force has shown; the last samples,
+# which stay from `AFTER_S` after a touch to its end.
+_RAISED, _KNOWN, _BEFORE, _SEEN, _PLACE, _MEAN, _VARIANCE, _TICK, _FREE, _SINCE, _RING = map(
+    Layout(), (2, 2, 2, 1, 3, 3, 3, 1, 1, 1, 0)
 )
 
 _SAMPLE = 9
@@ -52,6 +53,7 @@ class TouchedSurface(KernelSystem):
         - surface_raised
         - readout
         - corrected
+        - lowered
 
     - ``measurement`` (9): position [m], velocity [m/s] of the tip and force [N] on it, table frame.
     - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface as it is seen; None or an empty cloud is none.
@@ -59,8 +61,10 @@ class TouchedSurface(KernelSystem):
     - ``force_lateness`` (6): by what the force is late [s], as of `OutputErrorEstimator`; may stay unconnected, and
       then it is not late.
     - ``surface_raised`` (2): how much higher the surface is than the cloud shows it [m], and its standard deviation.
-    - ``readout`` (1170 at 1 kHz): that, and the rest of the memory.
+    - ``readout`` (1171 at 1 kHz): that, and the rest of the memory.
     - ``corrected`` (abstract, `mmt_drake.cloud.Cloud`): the cloud, moved up by that; direct feedthrough.
+    - ``lowered`` (9): the measurement [m], [m/s], [N], z its height above a level surface as the latest touch found that,
+      above z = 0 before the first one; direct feedthrough.
 
     Args:
         settings: what is known of the cloud beforehand.
@@ -82,6 +86,7 @@ class TouchedSurface(KernelSystem):
         self.DeclareAbstractOutputPort(
             "corrected", lambda: AbstractValue.Make(Cloud.empty()), self._put_corrected, sources
         )
+        self.declare_computed("lowered", 9, self._put_lowered, ("measurement",))
         self.compile_kernels()
         compile_touch(self._radius)
 
@@ -91,6 +96,10 @@ class TouchedSurface(KernelSystem):
         if cloud is not None and height != 0.0:
             cloud = cloud.moved(cloud.translation + np.array([0.0, 0.0, height]), cloud.stamp)
         output.set_value(cloud)
+
+    def _put_lowered(self, t: float, memory: Array, out: Array, measurement: Array) -> None:
+        out[:] = measurement
+        out[2] -= memory[_SEEN] + memory[_RAISED]
 
     def _step(
         self, t: float, memory: Array, measurement: Array, cloud: Cloud | None, clearance: Array, late: Array | None
@@ -114,6 +123,7 @@ class TouchedSurface(KernelSystem):
             way = float(np.linalg.norm(samples[onset, :3] - memory[_PLACE : _PLACE + 3]))
             spread = self._settings.beside(spread, way)
         share = spread**2 / (spread**2 + told.deviation**2)
+        memory[_SEEN] = told.seen
         memory[_KNOWN] = was + share * (told.height - was)
         memory[_KNOWN + 1] = math.sqrt(1.0 - share) * spread
         if ended:

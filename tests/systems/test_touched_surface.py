@@ -62,6 +62,9 @@ def test_a_touch_outvotes_the_cloud(height):
     assert abs(known - height) < 6e-5  # a tick is 0.06 mm long there
     assert abs(known - height) < 3.0 * deviation < 2e-4
     assert tip.shown == known
+    tip.system.GetInputPort("measurement").FixValue(tip.context, np.arange(1.0, 10.0))
+    lowered = tip.system.GetOutputPort("lowered").Eval(tip.context)
+    assert lowered.tolist() == [1.0, 2.0, 3.0 - known, *range(4, 10)]
 
 
 def test_under_the_tip_the_surface_moves_slowly_and_at_once_when_it_is_off():
