@@ -170,6 +170,8 @@ def compensation(site: Site) -> ProbeCompensation | None:
 
 def detector(site: Site) -> ContactDetector | TouchedObject:
     """The telerobot's contact detector."""
+    if site.scenario.several is None and site.scenario.touch is not None:
+        return ContactDetector(site.surface.looking_ahead(site.proxy), by_plane=True)
     if site.scenario.several is None:
         return ContactDetector(site.proxy)
     return TouchedObject(period=site.step, lost=None if site.scenario.carrying is None else LOST)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mmt_drake.cloud.cloud import Cloud
 from mmt_drake.cloud.grid import Grid, cells_across, row
-from mmt_drake.cloud.proxy import NORMAL, SURFACE, TOUCHING, new_memory, step_proxy
+from mmt_drake.cloud.proxy import NORMAL, SURFACE, TOUCHING, new_memory, pressed, step_proxy
 from mmt_drake.cloud.spheres import wendland
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.vectors import Vector, dot, get, length, minus, plus, put, times
@@ -49,6 +49,13 @@ def touching_plane(memory: Array, hand: Array, cloud: Cloud | None, settings: Ar
     grid, normals = cloud.lowered(0.0)
     radius = min(float(settings[2]), max(float(settings[1]), _SPACINGS * cloud.spacing))
     _touching_plane(memory, hand, *grid, normals, cloud.translation, radius, facet)
+
+
+def is_below(memory: Array, hand: Array, cloud: Cloud | None, facet: Array) -> bool:
+    """Whether the hand is below the surface by the plane there, arguments as of `touching_plane` after it."""
+    if cloud is None or cloud.normals is None:
+        return pressed(memory, hand)
+    return bool(facet[:3] @ hand[:3] < facet[3])
 
 
 @njit(cache=True)

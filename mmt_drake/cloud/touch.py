@@ -23,13 +23,13 @@ from mmt_drake.cloud.facet import surface_near
 from mmt_drake.cloud.grid import COUNT, Grid, cells_across
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.vectors import UP, Vector
-from mmt_drake.quantities import Checked, Length, Quantity
+from mmt_drake.quantities import Checked, Delay, Length, Quantity
 
 BEFORE_S, AFTER_S = 0.08, 0.048
 """How much of a touch is looked at before the force shows and after it [s]."""
 _BACK_S = 0.06  # before the force shows, in which the touch may have been
 _SPLITS = 5  # of the lateness into delay and time constant
-_PARTS = 10  # of a sample, in which the instant is sought
+_PART = 0.1  # of a sample, to which the instant is told
 _STEEP = 0.2  # least z of a normal
 _EXPLAINED = 0.9  # share of the squared force
 _ALIKE = 1e-9  # share of the squared force by which two instants are equally good: at even speed, all in one tick
@@ -44,6 +44,7 @@ class TouchSettings(Checked):
         deviation: standard deviation of the height that it shows [m].
         slope: of its slope [1]: so much more per metre it may be off beside the last touch.
         wander: standard deviation from one touch to the next at the same place [m].
+        lateness: to which the lateness of the force is known at best, a standard deviation [s].
 
     Raises:
         BadInput: a value out of range.
@@ -52,6 +53,7 @@ class TouchSettings(Checked):
     deviation: Length = 1e-3
     slope: Annotated[float, Quantity("1")] = 0.01
     wander: Annotated[float, Quantity("m")] = 5e-5
+    lateness: Delay = 1e-3
 
     CALLED: ClassVar = "touch"
 
@@ -66,11 +68,13 @@ class TouchedHeight(NamedTuple):
     Attributes:
         height: of the surface over where the cloud shows it, along z [m].
         deviation: standard deviation of that [m].
+        shared: of it what touches of the same speed have in common [m]: the lateness of the force.
         seen: height of the cloud below the tip [m].
     """
 
     height: float
     deviation: float
+    shared: float
     seen: float
 
 
@@ -99,9 +103,14 @@ def height_of_touch(
     at, ticks, share = instant_of_touch(z, v, force, onset, period, late, float(np.linalg.norm(noise * n)))
     if not share > _EXPLAINED:
         return None
-    deviation = abs(_between(v, at)) * math.hypot(period * ticks, unsure)
+    speed = abs(_between(v, at)) / normal[2]
     seen = along - n[0] * samples[onset, 0] - n[1] * samples[onset, 1]
-    return TouchedHeight(_between(z, at) / normal[2], deviation / normal[2], float(seen / normal[2]))
+    return TouchedHeight(
+        height=_between(z, at) / normal[2],
+        deviation=speed * math.hypot(period * ticks, unsure),
+        shared=speed * unsure,
+        seen=float(seen / normal[2]),
+    )
 
 
 @njit(cache=True)
@@ -119,22 +128,25 @@ def instant_of_touch(
         late: delay and time constant of the force together [s]; how much of it is which is told by the touch.
         noise: standard deviation of the force [N].
     """
-    latest = onset * _PARTS
-    earliest = max(latest - int((_BACK_S + 3.0 * late) / period) * _PARTS, _PARTS)
-    least, best, lag, total, n = math.inf, math.nan, 0.0, 0.0, len(force)
+    n, total = len(force), 0.0
     for i in range(n):
         total += force[i] ** 2
+    least, best, lag = math.inf, math.nan, 0.0
     for split in range(_SPLITS if late > 0.0 else 1):
         tried = split * late / max(_SPLITS - 1, 1)
-        for candidate in range(earliest, latest + 1):
-            left = _left(candidate / _PARTS, z, v, force, period, late - tried, tried)
+        for earlier in range(int((_BACK_S + 3.0 * late) / period)):
+            at = onset - earlier - 0.5  # half-way between two samples: each instant between them is nearly as good
+            left = math.inf if at < 1.0 else _left(at, z, v, force, period, late - tried, tried)
             if left < least:
-                least, best, lag = left, candidate / _PARTS, tried
+                least, best, lag = left, at, tried
+    if math.isinf(least):
+        return math.nan, math.inf, 0.0
     limit = least + max(noise * noise, least / max(n - 3, 1), _ALIKE * total)
     first = last = best
-    for candidate in range(earliest, latest + 1):
-        if _left(candidate / _PARTS, z, v, force, period, late - lag, lag) <= limit:
-            first, last = min(first, candidate / _PARTS), max(last, candidate / _PARTS)
+    while first > 1.0 and _left(first - _PART, z, v, force, period, late - lag, lag) <= limit:
+        first -= _PART
+    while last < onset and _left(last + _PART, z, v, force, period, late - lag, lag) <= limit:
+        last += _PART
     share = 1.0 - least / total if total > 0.0 else 0.0
     return 0.5 * (first + last), max(0.5 * (last - first), _LEAST), share
 

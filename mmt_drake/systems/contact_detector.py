@@ -4,7 +4,7 @@ import numpy as np
 
 from mmt_drake.cloud.clearance import NO_SURFACE, clearance
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.facet import FACET_SIZE, compile_touching_plane, touching_plane
+from mmt_drake.cloud.facet import FACET_SIZE, compile_touching_plane, is_below, touching_plane
 from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, TOUCHING, ProxySettings, step_proxy
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -61,14 +61,16 @@ class ContactDetector(KernelSystem):
 
     Args:
         settings: radii, step factors, period, surface offset; see `ProxySettings`.
+        by_plane: the plane under the tip says whether it is in contact, as of `SurfaceContactDetector`, and not which
+            point a sphere meets first; with an offset as there.
 
     Raises:
         BadInput: in a step, for a position that is not finite or a point cloud of another type.
     """
 
-    def __init__(self, settings: ProxySettings | None = None) -> None:
+    def __init__(self, settings: ProxySettings | None = None, *, by_plane: bool = False) -> None:
         super().__init__()
-        self.settings = settings or ProxySettings()
+        self.settings, self._by_plane = settings or ProxySettings(), by_plane
         self._packed = self.settings.packed()
         self.declare_inputs("position", "point_cloud")
         initial = np.zeros(_MEMORY + MEMORY_SIZE)
@@ -85,6 +87,8 @@ class ContactDetector(KernelSystem):
         readout[_CLEARANCE] = clearance(cloud, position, self.settings.r3)
         facet = readout[_FACET:_MEMORY]
         touching_plane(memory, position, cloud, self._packed, facet)
-        if memory[TOUCHING] and cloud is not None and cloud.normals is not None:
+        if self._by_plane:
+            readout[0] = is_below(memory, position, cloud, facet)
+        elif memory[TOUCHING] and cloud is not None and cloud.normals is not None:
             uneven = cloud.spacing**2 / (4.0 * self.settings.r2)
             readout[0] = facet[:3] @ position[:3] < facet[3] + uneven

@@ -3,8 +3,8 @@
 import numpy as np
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.facet import FACET_SIZE, compile_touching_plane, touching_plane
-from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, ProxySettings, pressed, step_proxy
+from mmt_drake.cloud.facet import FACET_SIZE, compile_touching_plane, is_below, touching_plane
+from mmt_drake.cloud.proxy import MEMORY_SIZE, POSITION, STATE, ProxySettings, step_proxy
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.systems.kernel_system import KernelSystem
 
@@ -77,7 +77,4 @@ class SurfaceContactDetector(KernelSystem):
         out[4] = following[STATE]
         facet = out[_FACET:_MEMORY]
         touching_plane(following, position, cloud, self._packed, facet)
-        if cloud is None or cloud.normals is None:
-            out[0] = pressed(following, position)
-        else:
-            out[0] = facet[:3] @ position[:3] < facet[3]
+        out[0] = is_below(following, position, cloud, facet)

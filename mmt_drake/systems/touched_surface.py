@@ -27,7 +27,9 @@ _SAMPLE = 9
 _NOTHING, _TOUCHED, _ENDED = range(3)
 _NOISES, _LEAST_FORCE = 6.0, 1e-3  # deviations of the force, and [N], from which on it is no noise
 _LEARN_S, _FORGET_S = 0.02, 0.2  # time in free space after which the force there is known, and forgotten
+_SURE = 2.0  # deviations by which a surface must be elsewhere to be moved
 _OFF = 1e-3  # [m] above all heights that the surface may have: the tip is in free space
+_AGAIN_S = 0.5  # after which a touch is evaluated once more
 _UNDER_TIP = 1e-3  # [m/s] by which the surface is moved where the tip is on it
 
 
@@ -37,9 +39,9 @@ class TouchedSurface(KernelSystem):
     A camera errs by a millimetre. Then the tip touches some milliseconds before or after a detector says so, the
     contact spring is anchored elsewhere, and the force along the normal is that of another depth. A touch tells the
     height by when the force begins (`mmt_drake.cloud.touch`). It outvotes the cloud as far as it is more certain, by a
-    Kalman filter of one state that knows less beside the place of the last touch. While the tip is on the surface it is
-    moved by 1 mm/s at most. When a touch ends it is evaluated once more, since the lateness of the force is known
-    better by then.
+    Kalman filter of one state that knows less beside the place of the last touch. What is less than two deviations off
+    stays where it is seen. While the tip is on the surface that is moved by 1 mm/s at most. A touch is evaluated again
+    and again until it ends, since meanwhile more is known of the lateness of the force.
 
     .. pydrake_system::
 
@@ -60,11 +62,11 @@ class TouchedSurface(KernelSystem):
     - ``clearance`` (1): height of the tip above the corrected surface [m]; -inf: none is seen.
     - ``force_lateness`` (6): by what the force is late [s], as of `OutputErrorEstimator`; may stay unconnected, and
       then it is not late.
-    - ``surface_raised`` (2): how much higher the surface is than the cloud shows it [m], and its standard deviation.
+    - ``surface_raised`` (2): by how much the cloud is moved up [m], and the standard deviation of that.
     - ``readout`` (1171 at 1 kHz): that, and the rest of the memory.
     - ``corrected`` (abstract, `mmt_drake.cloud.Cloud`): the cloud, moved up by that; direct feedthrough.
-    - ``lowered`` (9): the measurement [m], [m/s], [N], z its height above a level surface as the latest touch found that,
-      above z = 0 before the first one; direct feedthrough.
+    - ``lowered`` (9): the measurement [m], [m/s], [N], its z the height above a level surface that the latest touch
+      found, above z = 0 before the first one; direct feedthrough.
 
     Args:
         settings: what is known of the cloud beforehand.
@@ -75,7 +77,7 @@ class TouchedSurface(KernelSystem):
     def __init__(self, settings: TouchSettings | None = None, *, period: float = 1e-3, radius: float = 5e-3) -> None:
         super().__init__()
         self._settings, self._period, self._radius = settings or TouchSettings(), period, radius
-        self._before, self._after = round(BEFORE_S / period), round(AFTER_S / period)
+        self._before, self._after, self._again = (round(time / period) for time in (BEFORE_S, AFTER_S, _AGAIN_S))
         self.declare_inputs("measurement", "point_cloud", "clearance", "force_lateness", optional=("force_lateness",))
         initial = np.zeros(_RING + _SAMPLE * (self._before + self._after))
         for known in (_RAISED, _KNOWN, _BEFORE):
@@ -104,17 +106,18 @@ class TouchedSurface(KernelSystem):
     def _step(
         self, t: float, memory: Array, measurement: Array, cloud: Cloud | None, clearance: Array, late: Array | None
     ) -> None:
-        happened = _follow(memory, measurement, clearance[0], self._period, self._after)
+        happened = _follow(memory, measurement, clearance[0], self._period, self._after, self._again)
         if happened != _NOTHING and cloud is not None:
             self._measure(memory, cloud, late, ended=happened == _ENDED)
 
     def _measure(self, memory: Array, cloud: Cloud, late: Array | None, ended: bool) -> None:
-        """Take in the latest touch: when its samples are there, and once more when it has ended."""
+        """Take in the latest touch, by what is known now."""
         ring = memory[_RING:].reshape(-1, _SAMPLE)
         samples = np.roll(ring, -(int(memory[_TICK]) % len(ring)), axis=0)
         samples[:, 6:] -= memory[_MEAN : _MEAN + 3]
         noise, onset = np.sqrt(memory[_VARIANCE : _VARIANCE + 3]), self._before - 1
         lateness = (0.0, 0.0) if late is None else (float(late[2]), float(late[5]))
+        lateness = lateness[0], math.hypot(lateness[1], self._settings.lateness)
         told = height_of_touch(samples, noise, onset, cloud, self._radius, self._period, lateness)
         if told is None:
             return
@@ -125,18 +128,18 @@ class TouchedSurface(KernelSystem):
         share = spread**2 / (spread**2 + told.deviation**2)
         memory[_SEEN] = told.seen
         memory[_KNOWN] = was + share * (told.height - was)
-        memory[_KNOWN + 1] = math.sqrt(1.0 - share) * spread
+        memory[_KNOWN + 1] = max(math.sqrt(1.0 - share) * spread, told.shared)
         if ended:
             memory[_BEFORE : _BEFORE + 2] = memory[_KNOWN : _KNOWN + 2]
             memory[_PLACE : _PLACE + 3] = samples[onset, :3]
 
 
 @njit(cache=True)
-def _follow(memory: Array, measurement: Array, clearance: float, period: float, after: int) -> int:
+def _follow(memory: Array, measurement: Array, clearance: float, period: float, after: int, again: int) -> int:
     """Take in a sample, in place.
 
     Returns:
-        _TOUCHED: all samples of a touch are there; _ENDED: it is over; else _NOTHING.
+        _TOUCHED: a touch is to be evaluated; _ENDED: for the last time; else _NOTHING.
     """
     count = (len(memory) - _RING) // _SAMPLE
     off = clearance > _OFF + 3.0 * memory[_KNOWN + 1]
@@ -147,19 +150,21 @@ def _follow(memory: Array, measurement: Array, clearance: float, period: float, 
         at = _RING + _SAMPLE * (int(memory[_TICK]) % count)
         assign(memory[at : at + _SAMPLE], measurement)
         memory[_TICK] += 1.0
+    wanted = memory[_KNOWN] if abs(memory[_KNOWN]) > _SURE * memory[_KNOWN + 1] else 0.0
+    memory[_RAISED + 1] = memory[_KNOWN + 1] + abs(memory[_KNOWN] - memory[_RAISED])
     if off:
-        assign(memory[_RAISED : _RAISED + 2], memory[_KNOWN : _KNOWN + 2])
+        memory[_RAISED] = wanted
         _learn_free_force(memory, measurement, period)
         memory[_SINCE] = 0.0
         return _NOTHING
-    most, left = _UNDER_TIP * period, memory[_KNOWN] - memory[_RAISED]
-    memory[_RAISED] += min(max(left, -most), most)
-    memory[_RAISED + 1] = memory[_KNOWN + 1] + abs(memory[_KNOWN] - memory[_RAISED])
+    most = _UNDER_TIP * period
+    memory[_RAISED] += min(max(wanted - memory[_RAISED], -most), most)
     unknown = memory[_FREE] * period < _LEARN_S or memory[_TICK] < count
     if unknown or (memory[_SINCE] == 0.0 and not _shows_force(memory, measurement)):
         return _NOTHING
     memory[_SINCE] += 1.0
-    return _TOUCHED if memory[_SINCE] == after + 1.0 else _NOTHING
+    over = memory[_SINCE] - after - 1.0
+    return _TOUCHED if over >= 0.0 and over % again == 0.0 else _NOTHING
 
 
 @njit(cache=True)

@@ -9,9 +9,10 @@ from mmt_drake.model.energy import stored_energy
 from mmt_drake.model.held_body import NO_REPORT
 from mmt_drake.model.parameters import K2, NORMAL_K, FlexibleBoxModel
 from mmt_drake.rendering import updates
-from mmt_drake.rendering.impedance import MEMORY_SIZE, PORT_SIZES, READOUT_SIZES, render
+from mmt_drake.rendering.impedance import MEMORY_SIZE, NO_PLANE, PORT_SIZES, READOUT_SIZES, render_on
 from mmt_drake.rendering.status import APPROACHING, NO_MODEL, RENDERING, TOO_STIFF, UNSTABLE, WAITING
 from mmt_drake.rendering.updates import AtOnce, Blended, EnergyPermitting, RateLimited, rule
+from mmt_drake.told_laws import NO_LAWS
 
 STEP = 1e-3
 MEMORY = sum(PORT_SIZES.values())
@@ -22,16 +23,18 @@ PRESSED = np.array([0.0, 0.0, -0.004, 0.0, 0.0, 0.0])
 class Rendered:
     """(n, ...) of every tick: force, status, jump, stored energy, and the motion, which need not be what is seen."""
 
-    def __init__(self, policy, motion, theta, stable=1.0, contact=1.0, held=NO_REPORT, placed=False, seen=None):
+    def __init__(
+        self, policy, motion, theta, stable=1.0, contact=1.0, held=NO_REPORT, placed=False, seen=None, plane=NO_PLANE
+    ):
         n = len(motion)
         theta = np.broadcast_to(theta, (n, 10))
         stable, contact = np.broadcast_to(stable, n), np.broadcast_to(contact, n)
-        held = np.broadcast_to(held, (n, len(NO_REPORT)))
+        held, plane = np.broadcast_to(held, (n, len(NO_REPORT))), np.broadcast_to(plane, (n, len(NO_PLANE)))
         out, memory = np.zeros((n, sum(READOUT_SIZES))), np.zeros(MEMORY_SIZE)
         fixed = rule(policy, STEP, STEP * (1 + 1e-9))
         seen = motion if seen is None else seen
         for k in range(n):
-            render(
+            render_on(
                 memory,
                 k * STEP,
                 seen[k],
@@ -42,6 +45,10 @@ class Rendered:
                 fixed,
                 placed,
                 held[k].copy(),
+                plane[k].copy(),
+                1.0,
+                np.inf,
+                NO_LAWS,
                 out[k],
             )
             memory = out[k, MEMORY:].copy()
@@ -167,6 +174,18 @@ def test_as_energy_permits_a_probe_that_is_placed_puts_in_what_it_was_held_again
     motion[:, 3:] = 0.0
     theta[300:, 6] *= 2.0
     assert Rendered(EnergyPermitting(), motion, theta, placed=True).balance().min() > -1e-9
+
+
+@pytest.mark.parametrize("speed", [1e-3, 1.0], ids=["slowly", "at once"])
+def test_as_energy_permits_a_surface_that_rises_under_the_hand_gives_nothing(speed):
+    motion, theta = pressed((1.5, -0.004), (1.7, 0.002))
+    plane = np.zeros((len(motion), 4))
+    plane[:, 2], plane[:, 3] = 1.0, np.clip(speed * (np.arange(len(motion)) * STEP - 0.3), 0.0, 1e-3)
+    contact = (motion[:, 2] < plane[:, 3]).astype(float)
+    kept, free = (Rendered(way, motion, theta, contact=contact, plane=plane) for way in (EnergyPermitting(), AtOnce()))
+    assert kept.force[1400, 2] > 1.5  # N, and it is felt
+    assert kept.balance().min() > -1e-9
+    assert free.balance().min() < -1e-3
 
 
 def test_as_energy_permits_a_set_is_rendered_whole_once_the_model_has_burnt_enough():

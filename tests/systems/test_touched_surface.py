@@ -76,7 +76,7 @@ def test_under_the_tip_the_surface_moves_slowly_and_at_once_when_it_is_off():
 
 
 def test_more_touches_are_more_certain_and_one_elsewhere_is_less():
-    certain = TouchSettings(wander=0.0, slope=0.1)
+    certain = TouchSettings(wander=0.0, slope=0.1, lateness=0.0)
     tip = Tip(0.0005, settings=certain)
     deviations = [tip.go_on(1.0)[-1, 1] for _ in range(3)]
     assert deviations[0] > 1.2 * deviations[1] > 1.2**2 * deviations[2]
