@@ -236,4 +236,4 @@ def compile_touch(radius: float) -> None:
     samples[:, 2], samples[:, 5], samples[4:, 8] = -np.arange(8.0), -1.0, np.arange(1.0, 5.0)
     for normals in (None, [UP]):
         cloud = Cloud(samples[4:5, :3], normals=normals)
-        height_of_touch(samples, np.zeros(3), 4, cloud, radius, 1.0, (0.0, 0.0))
+        height_of_touch(samples, np.zeros(3), 4, cloud, radius, 0.01, (0.0, 0.0))

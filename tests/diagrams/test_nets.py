@@ -87,7 +87,7 @@ STATIONS = (
     ("setup1", ("renderer=!DirectForce {passivity: {}}", "to_renderer.delay=0.004", "hand={mass: 1.2}")),
     ("setup1", ("renderer=!FusedReflection {}", "estimator=!OutputErrorOptions {}", "switching=operator")),
     ("setup1", ("renderer=!ProxySpring {}", "environment.cloud=!SimulatedDepthCamera {}")),
-    ("setup3", ("estimator=!OutputErrorOptions {}", "switching=operator")),
+    ("setup3", ("estimator=!OutputErrorOptions {}", "switching=operator", "touch={}")),
     ("setup1", ("environment.surface=!Sphere {}",)),
     ("setup1-learning", ()),
     ("setup1-carrying", ()),
