@@ -69,48 +69,54 @@ class TouchedHeight(NamedTuple):
         height: of the surface over where the cloud shows it, along z [m].
         deviation: standard deviation of that [m].
         shared: of it what touches of the same speed have in common [m]: the lateness of the force.
-        seen: height of the cloud below the tip [m].
     """
 
     height: float
     deviation: float
     shared: float
-    seen: float
+
+
+class SeenPlane(NamedTuple):
+    """The plane of a surface under a tip, as a cloud shows it.
+
+    Attributes:
+        normal: outward unit normal n.
+        along: n . x of its points x [m].
+        deviation: standard deviation of that by the noise of the points, as far as it is known [m].
+    """
+
+    normal: Vector
+    along: float
+    deviation: float
+
+    def below(self, tip: Array) -> float:
+        """z of the plane below a tip [m]."""
+        n = self.normal
+        return float((self.along - n[0] * tip[0] - n[1] * tip[1]) / n[2])
 
 
 def height_of_touch(
-    samples: Array, noise: Array, onset: int, cloud: Cloud, radius: float, period: float, lateness: tuple[float, float]
+    samples: Array, noise: Array, onset: int, seen: SeenPlane, period: float, lateness: tuple[float, float]
 ) -> TouchedHeight | None:
-    """The height of a surface by one touch.
-
-    None where no point of it is near, where it is so steep that it has no height, or where the force is not a touch's.
+    """The height of a surface by one touch; None where the force is not a touch's.
 
     Args:
         samples: (n, 9) position [m], velocity [m/s] and force [N] of the tip, less the force in free space.
         noise: (3,) standard deviations of the force in free space [N].
         onset: the first sample whose force is no noise.
-        cloud: the surface as it is seen.
-        radius: points within it of the tip tell where that is [m].
+        seen: the surface there.
         period: between samples [s].
         lateness: of the force, and its standard deviation [s].
     """
-    normal, along = plane_below(cloud, samples[onset, :3], radius)
-    if math.isnan(along) or normal[2] < _STEEP:
-        return None
-    n = np.array(normal)
-    z, v, force = samples[:, :3] @ n - along, samples[:, 3:6] @ n, samples[:, 6:] @ n
+    n = np.array(seen.normal)
+    z, v, force = samples[:, :3] @ n - seen.along, samples[:, 3:6] @ n, samples[:, 6:] @ n
     late, unsure = max(lateness[0], 0.0), lateness[1]
     at, ticks, share = instant_of_touch(z, v, force, onset, period, late, float(np.linalg.norm(noise * n)))
     if not share > _EXPLAINED:
         return None
-    speed = abs(_between(v, at)) / normal[2]
-    seen = along - n[0] * samples[onset, 0] - n[1] * samples[onset, 1]
-    return TouchedHeight(
-        height=_between(z, at) / normal[2],
-        deviation=speed * math.hypot(period * ticks, unsure),
-        shared=speed * unsure,
-        seen=float(seen / normal[2]),
-    )
+    speed = abs(_between(v, at))
+    deviation = math.hypot(speed * period * ticks, speed * unsure, seen.deviation)
+    return TouchedHeight(_between(z, at) / n[2], deviation / n[2], speed * unsure / n[2])
 
 
 @njit(cache=True)
@@ -190,8 +196,8 @@ def _between(values: Array, at: float) -> float:
     return values[i] + part * (values[i + 1] - values[i])
 
 
-def plane_below(cloud: Cloud, tip: Array, radius: float) -> tuple[Vector, float]:
-    """The plane of a cloud's surface under a tip: outward unit normal n, and n . x of its points x [m].
+def plane_below(cloud: Cloud, tip: Array, radius: float) -> SeenPlane | None:
+    """The plane of a cloud's surface under a tip; None where no point is near, or it is so steep that it has no height.
 
     Of a cloud without normals it is level, as high as the points within the radius of the tip across z.
 
@@ -199,41 +205,45 @@ def plane_below(cloud: Cloud, tip: Array, radius: float) -> tuple[Vector, float]
         cloud: the surface.
         tip: (3,) [m].
         radius: within which points count [m].
-
-    Returns:
-        n, and NaN where no point counts.
     """
     if cloud.normals is None:
         moved = cloud.translation
         points, starts, frame, _ = cloud.kernel_arrays
-        low = tuple((tip[:3] - moved).tolist())
-        return UP, _mean_height(Grid(points, starts, frame), low, radius) + float(moved[2])
-    depths, normals = surface_near(cloud, tip[None, :3], np.array([UP]), radius)
-    n = tuple(normals[0].tolist())
-    return n, float(normals[0] @ tip[:3] + depths[0])
+        mean, deviation = _height(Grid(points, starts, frame), tuple((tip[:3] - moved).tolist()), radius)
+        return None if math.isnan(mean) else SeenPlane(UP, mean + float(moved[2]), deviation)
+    (depth,), (n,) = surface_near(cloud, tip[None, :3], np.array([UP]), radius)
+    if math.isnan(depth) or n[2] < _STEEP:
+        return None
+    return SeenPlane(tuple(n.tolist()), float(n @ tip[:3] + depth), 0.0)
 
 
 @njit(cache=True)
-def _mean_height(grid: Grid, at: Vector, radius: float) -> float:
-    """Mean z of the points in the column about `at`, grid coordinates [m]; NaN if there are none."""
+def _height(grid: Grid, at: Vector, radius: float) -> tuple[float, float]:
+    """Mean z of the points in the column about `at`, grid coordinates, and its standard deviation [m]; NaN of none."""
     y0, y1 = cells_across(grid, 1, at, radius)
     x0, x1 = cells_across(grid, 0, at, radius)
-    count_x, count_y, total, count = int(grid.frame[COUNT]), int(grid.frame[COUNT + 1]), 0.0, 0
+    count_x, count_y = int(grid.frame[COUNT]), int(grid.frame[COUNT + 1])
+    count = mean = squares = 0.0
     for iz in range(int(grid.frame[COUNT + 2])):
         for iy in range(y0, y1):
             row = count_x * (iy + count_y * iz)
             for i in range(grid.starts[row + x0], grid.starts[row + x1]):
                 dx, dy = grid.points[0, i] - at[0], grid.points[1, i] - at[1]
                 if dx * dx + dy * dy < radius * radius:
-                    total += grid.points[2, i]
-                    count += 1
-    return total / count if count else math.nan
+                    count += 1.0
+                    away = grid.points[2, i] - mean
+                    mean += away / count
+                    squares += away * (grid.points[2, i] - mean)
+    if count == 0.0:
+        return math.nan, math.nan
+    return mean, math.sqrt(squares) / count
 
 
 def compile_touch(radius: float) -> None:
-    """Compile what `height_of_touch` needs, of clouds with normals and without."""
+    """Compile what `plane_below`, of clouds with normals and without, and `height_of_touch` need."""
     samples = np.zeros((8, 9))
     samples[:, 2], samples[:, 5], samples[4:, 8] = -np.arange(8.0), -1.0, np.arange(1.0, 5.0)
     for normals in (None, [UP]):
-        cloud = Cloud(samples[4:5, :3], normals=normals)
-        height_of_touch(samples, np.zeros(3), 4, cloud, radius, 0.01, (0.0, 0.0))
+        seen = plane_below(Cloud(samples[4:5, :3], normals=normals), samples[4], radius)
+        if seen is not None:
+            height_of_touch(samples, np.zeros(3), 4, seen, 0.01, (0.0, 0.0))

@@ -8,7 +8,15 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context
 
 from mmt_drake.cloud.cloud import Cloud
-from mmt_drake.cloud.touch import AFTER_S, BEFORE_S, TouchSettings, compile_touch, height_of_touch
+from mmt_drake.cloud.touch import (
+    AFTER_S,
+    BEFORE_S,
+    SeenPlane,
+    TouchSettings,
+    compile_touch,
+    height_of_touch,
+    plane_below,
+)
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -16,15 +24,15 @@ from mmt_drake.systems.kernel_system import KernelSystem
 PORT_SIZES = {"surface_raised": 2}
 
 # The memory. Of the surface, how much higher it is and the deviation of that: as it is put out, as it is known, and as
-# it was known before this touch; how high the cloud was at the latest touch, and where the one before was. Then the
-# force in free space and its variance; ticks so far, in free space, and since a force has shown; the last samples,
-# which stay from `AFTER_S` after a touch to its end.
-_RAISED, _KNOWN, _BEFORE, _SEEN, _PLACE, _MEAN, _VARIANCE, _TICK, _FREE, _SINCE, _RING = map(
-    Layout(), (2, 2, 2, 1, 3, 3, 3, 1, 1, 1, 0)
+# it was known before this touch. How high the cloud was below the latest touch, where the one before was, and the plane
+# of the cloud at the latest. The force in free space and its variance; ticks so far, in free space, and since a force
+# has shown. The last samples, which stay from `AFTER_S` after a touch to its end.
+_RAISED, _KNOWN, _BEFORE, _SEEN, _PLACE, _NORMAL, _MEAN, _VARIANCE, _TICK, _FREE, _SINCE, _RING = map(
+    Layout(), (2, 2, 2, 1, 3, 5, 3, 3, 1, 1, 1, 0)
 )
 
 _SAMPLE = 9
-_NOTHING, _TOUCHED, _ENDED = range(3)
+_NOTHING, _TOUCHED, _HELD, _ENDED = range(4)
 _NOISES, _LEAST_FORCE = 6.0, 1e-3  # deviations of the force, and [N], from which on it is no noise
 _LEARN_S, _FORGET_S = 0.02, 0.2  # time in free space after which the force there is known, and forgotten
 _SURE = 2.0  # deviations by which a surface must be elsewhere to be moved
@@ -63,7 +71,7 @@ class TouchedSurface(KernelSystem):
     - ``force_lateness`` (6): by what the force is late [s], as of `OutputErrorEstimator`; may stay unconnected, and
       then it is not late.
     - ``surface_raised`` (2): by how much the cloud is moved up [m], and the standard deviation of that.
-    - ``readout`` (1171 at 1 kHz): that, and the rest of the memory.
+    - ``readout`` (1176 at 1 kHz): that, and the rest of the memory.
     - ``corrected`` (abstract, `mmt_drake.cloud.Cloud`): the cloud, moved up by that; direct feedthrough.
     - ``lowered`` (9): the measurement [m], [m/s], [N], its z the height above a level surface that the latest touch
       found, above z = 0 before the first one; direct feedthrough.
@@ -107,18 +115,26 @@ class TouchedSurface(KernelSystem):
         self, t: float, memory: Array, measurement: Array, cloud: Cloud | None, clearance: Array, late: Array | None
     ) -> None:
         happened = _follow(memory, measurement, clearance[0], self._period, self._after, self._again)
-        if happened != _NOTHING and cloud is not None:
-            self._measure(memory, cloud, late, ended=happened == _ENDED)
-
-    def _measure(self, memory: Array, cloud: Cloud, late: Array | None, ended: bool) -> None:
-        """Take in the latest touch, by what is known now."""
+        if happened == _NOTHING:
+            return
         ring = memory[_RING:].reshape(-1, _SAMPLE)
         samples = np.roll(ring, -(int(memory[_TICK]) % len(ring)), axis=0)
+        if happened == _TOUCHED:
+            tip = samples[self._before - 1, :3]
+            below = None if cloud is None else plane_below(cloud, tip, self._radius)
+            memory[_NORMAL : _NORMAL + 5] = math.nan if below is None else (*below.normal, below.along, below.deviation)
+        if not math.isnan(memory[_NORMAL]):
+            self._evaluate(memory, samples, late, ended=happened == _ENDED)
+
+    def _evaluate(self, memory: Array, samples: Array, late: Array | None, ended: bool) -> None:
+        """Take in the latest touch, by what is known now."""
         samples[:, 6:] -= memory[_MEAN : _MEAN + 3]
         noise, onset = np.sqrt(memory[_VARIANCE : _VARIANCE + 3]), self._before - 1
-        lateness = (0.0, 0.0) if late is None else (float(late[2]), float(late[5]))
-        lateness = lateness[0], math.hypot(lateness[1], self._settings.lateness)
-        told = height_of_touch(samples, noise, onset, cloud, self._radius, self._period, lateness)
+        *normal, along, deviation = memory[_NORMAL : _NORMAL + 5].tolist()
+        seen = SeenPlane((normal[0], normal[1], normal[2]), along, deviation)
+        by, unsure = (0.0, 0.0) if late is None else (float(late[2]), float(late[5]))
+        lateness = by, math.hypot(unsure, self._settings.lateness)
+        told = height_of_touch(samples, noise, onset, seen, self._period, lateness)
         if told is None:
             return
         was, spread = memory[_BEFORE : _BEFORE + 2]
@@ -126,7 +142,7 @@ class TouchedSurface(KernelSystem):
             way = float(np.linalg.norm(samples[onset, :3] - memory[_PLACE : _PLACE + 3]))
             spread = self._settings.beside(spread, way)
         share = spread**2 / (spread**2 + told.deviation**2)
-        memory[_SEEN] = told.seen
+        memory[_SEEN] = seen.below(samples[onset])
         memory[_KNOWN] = was + share * (told.height - was)
         memory[_KNOWN + 1] = max(math.sqrt(1.0 - share) * spread, told.shared)
         if ended:
@@ -139,7 +155,7 @@ def _follow(memory: Array, measurement: Array, clearance: float, period: float, 
     """Take in a sample, in place.
 
     Returns:
-        _TOUCHED: a touch is to be evaluated; _ENDED: for the last time; else _NOTHING.
+        _TOUCHED: a touch is to be evaluated; _HELD: again; _ENDED: for the last time; else _NOTHING.
     """
     count = (len(memory) - _RING) // _SAMPLE
     off = clearance > _OFF + 3.0 * memory[_KNOWN + 1]
@@ -164,7 +180,9 @@ def _follow(memory: Array, measurement: Array, clearance: float, period: float, 
         return _NOTHING
     memory[_SINCE] += 1.0
     over = memory[_SINCE] - after - 1.0
-    return _TOUCHED if over >= 0.0 and over % again == 0.0 else _NOTHING
+    if over == 0.0:
+        return _TOUCHED
+    return _HELD if over > 0.0 and over % again == 0.0 else _NOTHING
 
 
 @njit(cache=True)

@@ -40,7 +40,8 @@ def coming_down(height, k, b, *, speed=0.05, delay=0.0, lag=0.0, noise=0.0, seed
 
 
 def told(samples, cloud=LEVEL, noise=0.0, lateness=(0.0, 0.0)):
-    return height_of_touch(samples, np.full(3, noise), BEFORE - 1, cloud, 0.01, STEP, lateness)
+    seen = plane_below(cloud, samples[BEFORE - 1], 0.01)
+    return None if seen is None else height_of_touch(samples, np.full(3, noise), BEFORE - 1, seen, STEP, lateness)
 
 
 @pytest.mark.parametrize(("k", "b"), [(500.0, 0.0), (0.0, 60.0), (500.0, 60.0), (5000.0, 5.0)])
@@ -98,9 +99,11 @@ def test_what_is_no_touch_tells_nothing(what):
 def test_the_plane_below_is_the_mean_of_what_is_near():
     points = plane(10_000, (0.1, 0.1)).points()
     points[:, 2] = 0.002 + 0.001 * np.random.default_rng(1).normal(size=len(points))
-    normal, along = plane_below(Cloud(points).moved((0.0, 0.0, 0.003), 0.0), np.array([0.01, 0.0, 0.0]), 0.01)
-    assert normal == (0.0, 0.0, 1.0)
-    assert along == pytest.approx(0.005, abs=3 * 0.001 / math.sqrt(314))
+    seen = plane_below(Cloud(points).moved((0.0, 0.0, 0.003), 0.0), np.array([0.01, 0.0, 0.0]), 0.01)
+    assert seen.normal == (0.0, 0.0, 1.0)
+    assert seen.deviation == pytest.approx(0.001 / math.sqrt(314), rel=0.1)
+    assert abs(seen.along - 0.005) < 3.0 * seen.deviation
+    assert seen.below(np.array([1.0, 2.0, 3.0])) == seen.along
 
 
 def test_beside_a_touch_less_is_known_but_never_less_than_of_the_cloud():
