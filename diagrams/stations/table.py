@@ -141,6 +141,7 @@ READS: Final = {
     "touch.point_cloud": "seen",
     "touch.clearance": "detector.clearance",
     "touch.force_lateness": "estimator.force_lateness",
+    "touch.model_status": "estimator.model_status",
     "local_frame.raw_measurement": "measurement",
     "local_frame.facet": "detector.facet",
     "local_frame.estimated_force": "estimator.estimated_force",

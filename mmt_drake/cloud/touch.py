@@ -82,7 +82,8 @@ class SeenPlane(NamedTuple):
     Attributes:
         normal: outward unit normal n.
         along: n . x of its points x [m].
-        deviation: standard deviation of that by the noise of the points, as far as it is known [m].
+        deviation: standard deviation of that [m], by the noise of points without normals; of others how far the nearer
+            half of them says otherwise, which is much at an edge.
     """
 
     normal: Vector
@@ -214,7 +215,9 @@ def plane_below(cloud: Cloud, tip: Array, radius: float) -> SeenPlane | None:
     (depth,), (n,) = surface_near(cloud, tip[None, :3], np.array([UP]), radius)
     if math.isnan(depth) or n[2] < _STEEP:
         return None
-    return SeenPlane(tuple(n.tolist()), float(n @ tip[:3] + depth), 0.0)
+    foot = tip[:3] + depth * n
+    ((apart,), _) = surface_near(cloud, foot[None], n[None], 0.5 * radius)
+    return None if math.isnan(apart) else SeenPlane(tuple(n.tolist()), float(n @ foot), abs(float(apart)))
 
 
 @njit(cache=True)

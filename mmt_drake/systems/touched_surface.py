@@ -17,6 +17,7 @@ from mmt_drake.cloud.touch import (
     height_of_touch,
     plane_below,
 )
+from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
 from mmt_drake.systems.kernel_system import KernelSystem
@@ -38,6 +39,7 @@ _LEARN_S, _FORGET_S = 0.02, 0.2  # time in free space after which the force ther
 _SURE = 2.0  # deviations by which a surface must be elsewhere to be moved
 _OFF = 1e-3  # [m] above all heights that the surface may have: the tip is in free space
 _AGAIN_S = 0.5  # after which a touch is evaluated once more
+_UNKNOWN_S = 5e-3  # standard deviation of a lateness that is not known
 _UNDER_TIP = 1e-3  # [m/s] by which the surface is moved where the tip is on it
 
 
@@ -59,6 +61,7 @@ class TouchedSurface(KernelSystem):
         - point_cloud
         - clearance
         - force_lateness
+        - model_status
         output_ports:
         - surface_raised
         - readout
@@ -70,6 +73,8 @@ class TouchedSurface(KernelSystem):
     - ``clearance`` (1): height of the tip above the corrected surface [m]; -inf: none is seen.
     - ``force_lateness`` (6): by what the force is late [s], as of `OutputErrorEstimator`; may stay unconnected, and
       then it is not late.
+    - ``model_status`` (1): 0 where that estimator is sure of its model; anything else: the lateness is not known to
+      5 ms. May stay unconnected, and then it is sure.
     - ``surface_raised`` (2): by how much the cloud is moved up [m], and the standard deviation of that.
     - ``readout`` (1176 at 1 kHz): that, and the rest of the memory.
     - ``corrected`` (abstract, `mmt_drake.cloud.Cloud`): the cloud, moved up by that; direct feedthrough.
@@ -86,7 +91,8 @@ class TouchedSurface(KernelSystem):
         super().__init__()
         self._settings, self._period, self._radius = settings or TouchSettings(), period, radius
         self._before, self._after, self._again = (round(time / period) for time in (BEFORE_S, AFTER_S, _AGAIN_S))
-        self.declare_inputs("measurement", "point_cloud", "clearance", "force_lateness", optional=("force_lateness",))
+        may_be_left = "force_lateness", "model_status"
+        self.declare_inputs("measurement", "point_cloud", "clearance", *may_be_left, optional=may_be_left)
         initial = np.zeros(_RING + _SAMPLE * (self._before + self._after))
         for known in (_RAISED, _KNOWN, _BEFORE):
             initial[known + 1] = self._settings.deviation
@@ -112,28 +118,42 @@ class TouchedSurface(KernelSystem):
         out[2] -= memory[_SEEN] + memory[_RAISED]
 
     def _step(
-        self, t: float, memory: Array, measurement: Array, cloud: Cloud | None, clearance: Array, late: Array | None
+        self,
+        t: float,
+        memory: Array,
+        measurement: Array,
+        cloud: Cloud | None,
+        clearance: Array,
+        late: Array | None,
+        status: Array | None,
     ) -> None:
         happened = _follow(memory, measurement, clearance[0], self._period, self._after, self._again)
         if happened == _NOTHING:
             return
         ring = memory[_RING:].reshape(-1, _SAMPLE)
         samples = np.roll(ring, -(int(memory[_TICK]) % len(ring)), axis=0)
+        tip = samples[self._before - 1, :3]
         if happened == _TOUCHED:
-            tip = samples[self._before - 1, :3]
             below = None if cloud is None else plane_below(cloud, tip, self._radius)
             memory[_NORMAL : _NORMAL + 5] = math.nan if below is None else (*below.normal, below.along, below.deviation)
-        if not math.isnan(memory[_NORMAL]):
-            self._evaluate(memory, samples, late, ended=happened == _ENDED)
+        if math.isnan(memory[_NORMAL]):
+            return
+        unsure = status is not None and status[0] != ModelStatus.ADEQUATE
+        by, to = (0.0, 0.0) if late is None else (float(late[2]), float(late[5]))
+        lateness = (0.0, _UNKNOWN_S) if unsure else (by, to)
+        if happened == _TOUCHED or not unsure:
+            self._evaluate(memory, samples, lateness)
+        if happened == _ENDED:
+            memory[_BEFORE : _BEFORE + 2] = memory[_KNOWN : _KNOWN + 2]
+            memory[_PLACE : _PLACE + 3] = tip
 
-    def _evaluate(self, memory: Array, samples: Array, late: Array | None, ended: bool) -> None:
-        """Take in the latest touch, by what is known now."""
+    def _evaluate(self, memory: Array, samples: Array, lateness: tuple[float, float]) -> None:
+        """Take in the latest touch, by what is known now of the lateness of the force, and how surely [s]."""
         samples[:, 6:] -= memory[_MEAN : _MEAN + 3]
         noise, onset = np.sqrt(memory[_VARIANCE : _VARIANCE + 3]), self._before - 1
         *normal, along, deviation = memory[_NORMAL : _NORMAL + 5].tolist()
         seen = SeenPlane((normal[0], normal[1], normal[2]), along, deviation)
-        by, unsure = (0.0, 0.0) if late is None else (float(late[2]), float(late[5]))
-        lateness = by, math.hypot(unsure, self._settings.lateness)
+        lateness = lateness[0], math.hypot(lateness[1], self._settings.lateness)
         told = height_of_touch(samples, noise, onset, seen, self._period, lateness)
         if told is None:
             return
@@ -145,9 +165,6 @@ class TouchedSurface(KernelSystem):
         memory[_SEEN] = seen.below(samples[onset])
         memory[_KNOWN] = was + share * (told.height - was)
         memory[_KNOWN + 1] = max(math.sqrt(1.0 - share) * spread, told.shared)
-        if ended:
-            memory[_BEFORE : _BEFORE + 2] = memory[_KNOWN : _KNOWN + 2]
-            memory[_PLACE : _PLACE + 3] = samples[onset, :3]
 
 
 @njit(cache=True)

@@ -106,6 +106,14 @@ def test_the_plane_below_is_the_mean_of_what_is_near():
     assert seen.below(np.array([1.0, 2.0, 3.0])) == seen.along
 
 
+def test_at_an_edge_the_plane_below_is_not_certain():
+    points = plane(10_000, (0.1, 0.1)).points()
+    normals = np.broadcast_to(UP, points.shape)
+    assert plane_below(Cloud(points, normals=normals), np.zeros(3), 0.01).deviation < 1e-9
+    points[points[:, 0] > 0.003, 2] = -0.003
+    assert plane_below(Cloud(points, normals=normals), np.zeros(3), 0.01).deviation > 1e-4
+
+
 def test_beside_a_touch_less_is_known_but_never_less_than_of_the_cloud():
     settings = TouchSettings(deviation=1e-3, slope=0.01, wander=0.0)
     assert settings.beside(0.0, 0.05) == pytest.approx(5e-4)

@@ -94,6 +94,16 @@ def test_the_lateness_of_the_force_is_that_at_the_end_of_the_touch():
     assert tip.raised[0] == pytest.approx(0.0002, abs=6e-5)
 
 
+def test_a_lateness_of_an_estimator_that_says_misfit_is_not_believed():
+    wrong = [0.02, 0.0, 0.02, 1e-4, 1e-4, 1e-4]
+    believed, doubted = Tip(0.0, late=wrong), Tip(0.0, late=wrong)
+    doubted.system.GetInputPort("model_status").FixValue(doubted.context, [1.0])
+    for tip in (believed, doubted):
+        tip.go_on(1.0)
+    assert believed.raised[0] > 6e-4
+    assert doubted.raised[0] == 0.0 and doubted.raised[1] > 2e-4
+
+
 def test_without_a_surface_or_a_force_nothing_is_known():
     quiet = Tip(-0.1)
     quiet.go_on(1.2)
