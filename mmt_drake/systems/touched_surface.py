@@ -20,6 +20,7 @@ from mmt_drake.cloud.touch import (
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
+from mmt_drake.rendering.finite import all_finite
 from mmt_drake.systems.kernel_system import KernelSystem
 
 PORT_SIZES = {"surface_raised": 2}
@@ -68,7 +69,8 @@ class TouchedSurface(KernelSystem):
         - corrected
         - lowered
 
-    - ``measurement`` (9): position [m], velocity [m/s] of the tip and force [N] on it, table frame.
+    - ``measurement`` (9): position [m], velocity [m/s] of the tip and force [N] on it, table frame; samples that
+      are not finite are left out.
     - ``point_cloud`` (abstract, `mmt_drake.cloud.Cloud`): the surface as it is seen; None or an empty cloud is none.
     - ``clearance`` (1): height of the tip above the corrected surface [m]; -inf: none is seen.
     - ``force_lateness`` (6): by what the force is late [s], as of `OutputErrorEstimator`; may stay unconnected, and
@@ -174,6 +176,8 @@ def _follow(memory: Array, measurement: Array, clearance: float, period: float, 
     Returns:
         _TOUCHED: a touch is to be evaluated; _HELD: again; _ENDED: for the last time; else _NOTHING.
     """
+    if not all_finite(measurement):
+        return _NOTHING
     count = (len(memory) - _RING) // _SAMPLE
     off = clearance > _OFF + 3.0 * memory[_KNOWN + 1]
     if off and memory[_SINCE] > after:

@@ -104,6 +104,18 @@ def test_a_lateness_of_an_estimator_that_says_misfit_is_not_believed():
     assert doubted.raised[0] == 0.0 and doubted.raised[1] > 2e-4
 
 
+def test_samples_that_are_not_finite_are_left_out():
+    tip = Tip(0.0005)
+    tip.go_on(0.1)
+    before = tip.context.get_discrete_state_vector().CopyToVector()
+    tip.system.GetInputPort("measurement").FixValue(tip.context, np.full(9, np.nan))
+    tip.tick += 5
+    tip.simulator.AdvanceTo(tip.tick * STEP)
+    np.testing.assert_array_equal(tip.context.get_discrete_state_vector().CopyToVector(), before)
+    tip.go_on(0.895)
+    assert tip.raised[0] == pytest.approx(0.0005, abs=6e-5)
+
+
 def test_without_a_surface_or_a_force_nothing_is_known():
     quiet = Tip(-0.1)
     quiet.go_on(1.2)
