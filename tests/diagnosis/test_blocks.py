@@ -63,7 +63,7 @@ def test_every_block_gives_again_what_was_recorded_of_it(scenario, recording):
 
 def test_a_network_with_jitter_and_loss_and_sensors_with_noise_are_no_difference(tmp_path):
     everything = load_scenario(
-        "setup1-everything", ["duration=6", "environment.cloud.points=5000", "environment.surface=null"]
+        "setup1-everything", ["duration=6", "environment.cloud.points=5000", "environment.surface=null", "touch=null"]
     )
     found = replay_blocks(ran(everything, tmp_path), station_blocks(everything))
     assert differing(found) == (), [replay for replay in found if replay.differs]
