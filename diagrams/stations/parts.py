@@ -170,11 +170,10 @@ def compensation(site: Site) -> ProbeCompensation | None:
 
 def detector(site: Site) -> ContactDetector | TouchedObject:
     """The telerobot's contact detector."""
-    if site.scenario.several is None and site.scenario.touch is not None:
-        return ContactDetector(site.surface.looking_ahead(site.proxy), by_plane=True)
-    if site.scenario.several is None:
-        return ContactDetector(site.proxy)
-    return TouchedObject(period=site.step, lost=None if site.scenario.carrying is None else LOST)
+    if site.scenario.several is not None:
+        return TouchedObject(period=site.step, lost=None if site.scenario.carrying is None else LOST)
+    by_plane = site.scenario.touch is not None
+    return ContactDetector(site.surface.looking_ahead(site.proxy) if by_plane else site.proxy, by_plane=by_plane)
 
 
 def scene(site: Site) -> System | None:

@@ -38,7 +38,7 @@ _NOTHING, _TOUCHED, _HELD, _ENDED = range(4)
 _NOISES, _LEAST_FORCE = 6.0, 1e-3  # deviations of the force, and [N], from which on it is no noise
 _LEARN_S, _FORGET_S = 0.02, 0.2  # time in free space after which the force there is known, and forgotten
 _SURE = 2.0  # deviations by which a surface must be elsewhere to be moved
-_OFF = 1e-3  # [m] above all heights that the surface may have: the tip is in free space
+_OFF, _FARTHEST = 1e-3, 3.0  # [m], and deviations, above which the tip is in free space
 _AGAIN_S = 0.5  # after which a touch is evaluated once more
 _UNKNOWN_S = 5e-3  # standard deviation of a lateness that is not known
 _UNDER_TIP = 1e-3  # [m/s] by which the surface is moved where the tip is on it
@@ -141,8 +141,9 @@ class TouchedSurface(KernelSystem):
         if math.isnan(memory[_NORMAL]):
             return
         unsure = status is not None and status[0] != ModelStatus.ADEQUATE
-        by, to = (0.0, 0.0) if late is None else (float(late[2]), float(late[5]))
-        lateness = (0.0, _UNKNOWN_S) if unsure else (by, to)
+        lateness = (0.0, 0.0) if late is None else (float(late[2]), float(late[5]))
+        if unsure:
+            lateness = 0.0, _UNKNOWN_S
         if happened == _TOUCHED or not unsure:
             self._evaluate(memory, samples, lateness)
         if happened == _ENDED:
@@ -179,7 +180,7 @@ def _follow(memory: Array, measurement: Array, clearance: float, period: float, 
     if not all_finite(measurement):
         return _NOTHING
     count = (len(memory) - _RING) // _SAMPLE
-    off = clearance > _OFF + 3.0 * memory[_KNOWN + 1]
+    off = clearance > _OFF + _FARTHEST * memory[_KNOWN + 1]
     if off and memory[_SINCE] > after:
         memory[_SINCE] = 0.0
         return _ENDED
