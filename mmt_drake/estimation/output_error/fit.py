@@ -15,7 +15,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from mmt_drake.errors import MmtError
+from mmt_drake.errors import MmtError, attempt
 from mmt_drake.estimation.output_error.beginning import Beginning
 from mmt_drake.estimation.output_error.lateness import LONGEST_S, late_means
 from mmt_drake.estimation.output_error.replay import replay_window
@@ -31,6 +31,7 @@ from mmt_drake.estimation.output_error.unknowns import (
     Stick,
     theta_of,
 )
+from mmt_drake.estimation.output_error.unsure_touches import UnsureTouches
 from mmt_drake.estimation.output_error.window import FORCE, Window
 from mmt_drake.model.parameters import MAX_STEP, NORMAL_AXIS
 from mmt_drake.model.theta import adopt_theta
@@ -90,6 +91,8 @@ class Objective:
         untold: (UNKNOWNS,) kept as they are known: all that noise alone tells, of samples that tell nothing else.
         laws: (TOLD_SIZE,) beside the numbers that are sought (`mmt_drake.told_laws`).
         normal: (2,) k and b of the normal axis, whose force is the load of laws.
+        surface: standard deviation of the height at which contact is said to begin [m].
+        about: unknowns and stick at which it is found what another height changes.
         replays: of every object that was simulated.
     """
 
@@ -104,7 +107,9 @@ class Objective:
     untold: Flags = field(default_factory=lambda: np.zeros(UNKNOWNS, dtype=bool))
     laws: Array = field(default_factory=lambda: NO_LAWS)
     normal: Array = field(default_factory=lambda: np.ones(2))
-    replays: dict[tuple[bytes, Stick], ReplayedWindow] = field(
+    surface: float = 0.0
+    about: tuple[Array, Stick] | None = None
+    replays: dict[tuple[bytes, Stick, float], ReplayedWindow] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
@@ -118,14 +123,18 @@ class Objective:
         """How many samples of the force count, along x and y together."""
         return int(np.count_nonzero(self.weight))
 
-    def difference(self, x: Array, stick: Stick) -> Array:
+    def difference(self, x: Array, stick: Stick, higher: float = 0.0) -> Array:
         """Simulated less measured force (2 n,) [N], along x and then along y; 0 where they are not compared.
+
+        Args:
+            x, stick: the object.
+            higher: by how much the surface is higher than contact says [m].
 
         Raises:
             MmtError: a set that cannot be integrated.
         """
         x = self._told(x)
-        force = self._replay(x, stick).force
+        force = self._replay(x, stick, higher).force
         found = np.empty((2, len(self.window)))
         late_means(force, self.h / self.parts, self.parts, x[LATENESS], found)
         return ((found - self.window.samples[:, FORCE].T[:2]) * self.weight).ravel()
@@ -161,9 +170,9 @@ class Objective:
         """Into which the time from one sample to the next is divided, an odd number: ticks, as long as they are few."""
         return min(self.ticks + 1 - self.ticks % 2, _MOST_PARTS)
 
-    def _replay(self, x: Array, stick: Stick) -> ReplayedWindow:
+    def _replay(self, x: Array, stick: Stick, higher: float = 0.0) -> ReplayedWindow:
         x = self._told(x)
-        key = x[OBJECT].tobytes(), stick
+        key = x[OBJECT].tobytes(), stick, higher
         if key in self.replays:
             return self.replays[key]
         window, n = self.window, len(self.window)
@@ -177,18 +186,35 @@ class Objective:
             raise MmtError("the laws are too stiff for a fit")
         p[MAX_STEP] = COARSE * step_with_laws(p)
         force, state = np.zeros((2, max(0, n - 1) * self.parts + 1)), self.start.of(x)
-        position, rate = window.motion[:, :3].T.copy(), window.motion[:, 3:].T.copy()
+        motion = window.motion[:, :3].T.copy(), window.motion[:, 3:].T.copy()
         try:
-            replay_window(self.h, self.parts, position, rate, window.contact, window.switch, p, state.ravel(), force)
+            replay_window(self.h, self.parts, *motion, window.contact, window.switch, p, state.ravel(), higher, force)
         except RuntimeError as error:
             raise MmtError(str(error)) from None
         self.replays[key] = ReplayedWindow(force, state)
         return self.replays[key]
 
     def residual(self, x: Array, stick: Stick) -> Array:
-        """What least squares are taken of: the difference over its deviation, and behind it what else is known."""
+        """What least squares are taken of: the difference over its deviation, and behind it what else is known.
+
+        Touches at another height are part of that deviation (`UnsureTouches`).
+        """
         root = np.linalg.cholesky(self.known.matrix).T
-        return np.concatenate([self.difference(x, stick) / self.noise, root @ (x - self.known.mean())])
+        return np.concatenate([self._unexplained(x, stick), root @ (x - self.known.mean())])
+
+    def _unexplained(self, x: Array, stick: Stick) -> Array:
+        """The difference over its deviation, as far as touches at another height need not have made it."""
+        return self._touches.taken_from(self.difference(x, stick) / self.noise)
+
+    @cached_property
+    def _touches(self) -> UnsureTouches:
+        if self.about is None or self.surface == 0.0:
+            return UnsureTouches()
+        x, stick = self.about
+        here, there = attempt(self.difference, x, stick), attempt(self.difference, x, stick, self.surface)
+        if here is None or there is None:
+            return UnsureTouches()
+        return UnsureTouches.of(self.window.contact, (there - here) / self.noise)
 
     def step(self, x: Array, stick: Stick, steps: int = 1) -> Minimum:
         """Some steps towards the least squares.
@@ -238,7 +264,7 @@ class Objective:
         Raises:
             MmtError: x cannot be integrated.
         """
-        there = stay(lambda tried: self.difference(tried, stick) / self.noise, x, LOW, HIGH, SIZE)
+        there = stay(lambda tried: self._unexplained(tried, stick), x, LOW, HIGH, SIZE)
         n = len(self.window)
         rows = np.r_[0:count, n : n + count]
         share = float(np.count_nonzero(self.weight[:, :count])) / max(self.compared, 1)
@@ -271,7 +297,7 @@ class Objective:
         return np.asarray(normal, dtype=np.float64)
 
     def left(self, minimum: Minimum) -> Array:
-        """The `difference` (2 n,) where a fit ended [N]."""
+        """The `difference` (2 n,) where a fit ended [N], less what touches at another height may have made."""
         return minimum.residual[: 2 * len(self.window)] * self.noise
 
     def noise_left(self, minimum: Minimum) -> float:

@@ -106,7 +106,7 @@ class Learner:
                 new[0, MOTION_GOOD] = 0.0  # as after any gap, the body has to settle
             else:
                 known = replace(known, start=Beginning.at_rest(new[0, :2]))
-        window = known.window.extended(new, self.h, self._bank)
+        window = known.window.extended(new, self.h, self._bank, self.options.surface)
         known = replace(known, window=window, fresh=known.fresh + len(new))
         capacity = self._capacity
         if known.rests:  # fits are quick without it
@@ -225,6 +225,8 @@ class Learner:
             np.isfinite(known.noise_share) & known.rests,
             told_by_bytes(known.model.tobytes()),
             known.normal,
+            self.options.surface,
+            (known.x, known.stick),
         )
 
     def _fitted(self, known: Knowledge) -> Knowledge:

@@ -2,9 +2,10 @@
 
 from numba import njit
 
+from mmt_drake.estimation.output_error.unsure_touches import since_touch
 from mmt_drake.model.body import ANCHOR, AXIS_SIZE, read_motion, touch
 from mmt_drake.model.forces import Spring, Surroundings, constants, contact_forces, level_spring
-from mmt_drake.model.hermite import Cubic, cubic
+from mmt_drake.model.hermite import Cubic, cubic, velocity_at
 from mmt_drake.model.parameters import Constants
 from mmt_drake.model.tangential import advance_object
 from mmt_drake.numeric.arrays import Array
@@ -30,6 +31,7 @@ def replay_window(
     switch: Array,
     p: Array,
     state: Array,
+    higher: float,
     force: Array,
 ) -> None:
     """Free-running simulation from a given state.
@@ -42,6 +44,8 @@ def replay_window(
         switch: (n,) where the contact differs from the sample before: the share of h from that one to the change.
         p: kernel vector.
         state: (2 AXIS_SIZE,) of the body in the middle of the first sample, advanced to that of the last.
+        higher: by how much the surface is higher than contact says [m]: the contact spring is anchored where the probe
+            was on it.
         force: (2, (n - 1) parts + 1) to be filled with the force on the probe at each tick [N]; 0 off contact.
 
     Raises:
@@ -70,6 +74,10 @@ def replay_window(
                 if later:
                     touch(state, 0, along, change, c)
                     touch(state, AXIS_SIZE, across, change, c)
+                    if higher != 0.0:
+                        before = since_touch(higher, velocity_at(level, change))
+                        state[ANCHOR] -= before * velocity_at(along, change)
+                        state[AXIS_SIZE + ANCHOR] -= before * velocity_at(across, change)
                 touching, s, change = later, max(s, change), 2.0 * h
             advance_object(state, 0, s, end, along, across, level, touching, 0.0, *both)
             if touching:

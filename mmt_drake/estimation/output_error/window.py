@@ -9,9 +9,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from mmt_drake.estimation.output_error.smoothing import FilterBank
+from mmt_drake.estimation.output_error.unsure_touches import unsure_for
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.layout import Layout
 
@@ -24,7 +26,7 @@ TAKEN = _next()  # the middle of its time, by the estimator's clock
 SAMPLE_SIZE = _next.size
 
 _SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface are not farther apart
-_BLIND = 2  # samples about a touch or a release that are not compared
+_BLIND = 2  # samples about a touch or a release that are not compared, however certain it is
 SHORT_GAP = 4
 """Samples of motion that may be missing without the body getting lost."""
 _SETTLING_S = 0.3  # after a longer gap: what the body did meanwhile is forgotten
@@ -73,8 +75,12 @@ class Window:
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
 
-    def extended(self, new: Array, h: float, bank: FilterBank) -> "Window":
-        """With new samples (k, SAMPLE_SIZE) at the end, h [s] apart."""
+    def extended(self, new: Array, h: float, bank: FilterBank, surface: float = 0.0) -> "Window":
+        """With new samples (k, SAMPLE_SIZE) at the end, h [s] apart.
+
+        About a touch the force is not compared for as long as it is not certain in which samples that was; `surface` is
+        the standard deviation of the height at which contact is said to begin [m].
+        """
         samples = np.concatenate([self.samples, new])
         begin = max(0, len(self) - 2 * bank.reach)  # what is older stays as it is
         gap = np.flatnonzero(samples[:, MOTION_GOOD] == 0.0)
@@ -98,7 +104,8 @@ class Window:
             x, v = bank.smooth(samples[first:, i] + again, samples[first:, 3 + i], 2.0 * float(deviation[i]))
             shaken[begin:, i], shaken[begin:, 3 + i] = x[begin - first :], v[begin - first :]
         contact, switch = _touches(samples[:, CONTACT] >= 0.5, motion[:, 2], round(_SEARCH_S / h))
-        weight = _weight(samples, contact, round(_SETTLING_S / h))
+        blind = _BLIND + np.ceil(unsure_for(surface, motion[:, 5]) / h).astype(int)
+        weight = _weight(samples, contact, blind, round(_SETTLING_S / h))
         return Window(samples, motion, shaken, number, noise, contact, switch, weight)
 
     def unexplained(self) -> float:
@@ -192,11 +199,11 @@ def _touches(flag: Flags, z: Array, reach: int) -> tuple[Array, Array]:
     return contact, switch
 
 
-def _weight(samples: Array, contact: Array, settling: int) -> Array:
-    """Where the force along each axis is compared, (n, 3) of 0 and 1."""
+def _weight(samples: Array, contact: Array, blind: NDArray[np.intp], settling: int) -> Array:
+    """Where the force along each axis is compared, (n, 3) of 0 and 1; `blind` (n,) samples about a touch are not."""
     weight = samples[:, FORCE_GOOD] * (contact * samples[:, MOTION_GOOD])[:, np.newaxis]
     for k in np.flatnonzero(contact[1:] != contact[:-1]) + 1:
-        weight[max(0, k - _BLIND) : k + _BLIND] = 0.0
+        weight[max(0, k - blind[k]) : k + blind[k]] = 0.0
     gone = samples[:, MOTION_GOOD] == 0.0
     ends = np.flatnonzero(gone[:-1] & ~gone[1:]) + 1
     begins = np.flatnonzero(np.diff(gone, prepend=False) & gone)[: len(ends)]
