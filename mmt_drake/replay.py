@@ -13,7 +13,7 @@ from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import MAX_STEP, FlexibleBoxModel
 from mmt_drake.model.structure import PositionOut, Structure
 from mmt_drake.model.surface_contact import SurfaceContact
-from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
+from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion, input_behind
 from mmt_drake.motion.hand import HandOrientation, orientation_of
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.over import in_recording
@@ -153,7 +153,7 @@ def body_input(model: PositionOut, recording: Recording) -> tuple[Array, Array, 
     check_load(model, recording)
     recording = towards_goal(model, recording)
     time, delay = recording.time - recording.time[0], model.additions.delay
-    u = delayed_input(time, recording["input"], delay)
+    u = input_behind(time, recording["input"], delay, model.additions.lag)
     return time, u, delayed_input(time, recording["load"], delay) if "load" in recording else model.carried(u)
 
 

@@ -114,7 +114,7 @@ def _page(
 ) -> str:
     needs = effect.needs if effect.adds_to in (None, "Fc") else (*effect.needs, effect.adds_to)
     alone = [s for s in STRUCTURES if not effect.twin_of or "z" in s.AXES]
-    taken = [s for s in alone if s.TAKES is None or effect.name in s.TAKES]
+    taken = [s for s in alone if effect.is_taken_by(s)]
     able = [s for s in taken if all(symbol in s.SYMBOLS for symbol in needs)]
     structures = [s.NAME for s in able if effect.block == "any" or effect.block in s.BLOCKS]
     facts = [f"Block `{effect.block}`: {_BLOCKS[effect.block]}"]

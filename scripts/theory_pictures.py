@@ -77,6 +77,7 @@ SHOWN: Final[Mapping[str, Values]] = {
     "force_saturation": {"limit": 1.5},
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.0},
     "time_delay": {"delay": 0.03},
+    "input_lag": {"tau": 0.03},
     "probe_slip": {"mu": 0.3},
     "surface_shape": {
         "x": (-0.03, 0.0, 0.03, 0.06), "y": (-0.03, 0.0, 0.03, 0.06),
@@ -153,7 +154,7 @@ def picture(effect: Effect) -> Picture | None:
     units |= {symbol: "" for symbol, unit in units.items() if unit == "1"}
     numbers = ", ".join(f"{symbol} = {value:g} {units[symbol]}".rstrip() for symbol, value in single.items())
     block = effect.block if effect.block_of is None else effect.block_of(values)
-    in_a_box = block in BOX.BLOCKS and set(effect.needs) <= {"normal_k"}
+    in_a_box = block in BOX.BLOCKS and set(effect.needs) <= {"normal_k"} and not effect.only_in
     if effect.name in _ON_SURFACE:
         panels = [*_ON_SURFACE[effect.name]]
     elif effect.axis == "z":

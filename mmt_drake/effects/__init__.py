@@ -53,6 +53,7 @@ for _name in (
     "periodic_disturbance",
     "tip_mass",
     "time_delay",
+    "input_lag",
     "probe_slip",
     "surface_shape",
     "stiffness_map",

@@ -136,6 +136,7 @@ class Effect:
         block: the part of the system it belongs to: friction, contact, body, force_sensor, channel or drive.
         family: of laws that are mostly alike; unless said its own name, a family of one.
         elsewhere: name of a structure -> family and block there, where they are others: a transmission has no contact.
+        only_in: names of the structures in which it acts; by default all that have its block.
         axis: along which it acts in a structure of several axes: "z", the surface normal; else along those that slide.
         twin_of: the effect that is the same along the surface; acts only where the normal is an axis of its own.
         parameters: its numbers.
@@ -194,6 +195,7 @@ class Effect:
     engages: Callable[[Values, Ranges], bool] = lambda values, ranges: True
     family: str = ""
     elsewhere: Mapping[str, tuple[str, Block]] = field(default_factory=dict, hash=False)
+    only_in: tuple[str, ...] = ()
     axis: Axis = ""
     twin_of: str = ""
 
@@ -242,10 +244,11 @@ class Effect:
     def acts_on(self, model: Structure) -> bool:
         """Whether a model has what the effect acts on: its block, what it adds to, and the numbers that it `needs`."""
         there = self.place_in(model.NAME)[1] in ("any", *model.BLOCKS)
-        return there and self._is_taken_by(model) and self._lacking(model) is None
+        return there and self.is_taken_by(model) and self._lacking(model) is None
 
-    def _is_taken_by(self, model: Structure) -> bool:
-        return model.TAKES is None or self.name in model.TAKES
+    def is_taken_by(self, model: Structure | type[Structure]) -> bool:
+        """Whether a structure has a place for it, whatever its blocks."""
+        return model.NAME in (self.only_in or (model.NAME,)) and (model.TAKES is None or self.name in model.TAKES)
 
     def _lacking(self, model: Structure) -> str | None:
         """A common symbol that it acts on and that a model has not, or has 0."""
@@ -280,9 +283,9 @@ class Effect:
         if block not in model.BLOCKS:
             found = f"an effect of the block {block} in a {model.NAME}"
             raise BadInput(source, found=found, expected=f"one of {', '.join(model.BLOCKS)}")
-        if not self._is_taken_by(model):
-            found, expected = f"{self.name} in a {model.NAME}", f"one of {', '.join(model.TAKES or ())}"
-            raise BadInput(source, found=found, expected=expected)
+        if not self.is_taken_by(model):
+            expected = f"a {' or '.join(self.only_in)}" if self.only_in else f"one of {', '.join(model.TAKES or ())}"
+            raise BadInput(source, found=f"{self.name} in a {model.NAME}", expected=expected)
         if (symbol := self._lacking(model)) is not None:
             raise BadInput(source, found=f"{self.name} in a model without {symbol}", expected=f"{symbol} not 0")
         if self.check is not None:

@@ -118,14 +118,16 @@ class Additions(Checked):
         gap: total clearance of the contact spring, or of a transmission [m].
         dead_band: total width within which an input does nothing, in its unit.
         delay: by which the force (or output) comes later than the position (or input) [s].
+        lag: time constant of the first-order lag behind which an input arrives [s]; who drives a model puts it before
+            it (`mmt_drake.motion.delay`), as the delay.
         turn: by which the frame of forces is turned against that of positions, about x, y and z [rad].
         tool: where the tip is, from what was recorded, in the frame of a hand that turns [m]; who drives a model moves
             the motion there (`mmt_drake.motion.hand`), as it delays it.
         course: numbers that change in the course of a recording (`mmt_drake.over`).
 
     Raises:
-        BadInput: a gap, dead band or delay that is negative or not finite; more laws with a memory than there is room
-            for.
+        BadInput: a gap, dead band, delay or lag that is negative or not finite; more laws with a memory than there is
+            room for.
     """
 
     laws: tuple[ActiveLaw, ...] = ()
@@ -133,6 +135,7 @@ class Additions(Checked):
     gap: Annotated[float, Quantity("m")] = 0.0
     dead_band: Annotated[float, Quantity("1")] = 0.0
     delay: Annotated[float, Quantity("s")] = 0.0
+    lag: Annotated[float, Quantity("s")] = 0.0
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
     tool: tuple[float, float, float] = (0.0, 0.0, 0.0)
     course: Course | None = field(default=None, compare=False, repr=False)

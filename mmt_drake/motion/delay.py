@@ -3,7 +3,10 @@
 Before the first sample the motion rests where that sample is, with no velocity; an input has its first value.
 """
 
+from math import expm1
+
 import numpy as np
+from numba import njit
 
 from mmt_drake.numeric.arrays import Array
 
@@ -29,6 +32,30 @@ def delayed_motion(time: Array, position: Array, velocity: Array, delay: float) 
 def delayed_input(time: Array, values: Array, delay: float) -> Array:
     """(n,) values at time - delay [s], of either sign, linear between samples."""
     return np.interp(time - delay, time, values) if delay != 0.0 else values
+
+
+def input_behind(time: Array, values: Array, delay: float, lag: float) -> Array:
+    """(n,) values behind a delay [s] of either sign and then a first-order lag [s]."""
+    late = delayed_input(time, values, delay)
+    return lagged(time, late, lag) if lag != 0.0 else late
+
+
+@njit(cache=True, error_model="numpy")
+def lagged(time: Array, values: Array, lag: float) -> Array:
+    """(n,) y with lag y' = values - y, exact for values that are linear between samples; settled at the first one.
+
+    Args:
+        time: (n,) [s], increasing.
+        values: (n,).
+        lag: time constant [s], > 0.
+    """
+    y = np.empty_like(values)
+    y[0] = values[0]
+    for k in range(1, len(values)):
+        steps = (time[k] - time[k - 1]) / lag
+        passed = -expm1(-steps)
+        y[k] = y[k - 1] + passed * (values[k - 1] - y[k - 1]) + (1.0 - passed / steps) * (values[k] - values[k - 1])
+    return y
 
 
 def delayed_flag(time: Array, flag: Array, delay: float) -> Array:

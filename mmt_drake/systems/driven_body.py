@@ -58,8 +58,8 @@ class DrivenBody(KernelSystem):
     - `readout` (20): the two above, then the system's memory.
 
     Args:
-        model: its parameters and effects. A delay (`Additions.delay`) is for the one who drives the system to put
-            before its input.
+        model: its parameters and effects. A delay and a lag (`Additions.delay`, `lag`) are for the one who
+            drives the system to put before its input.
         start: position at first [m] or [rad].
         start_rate: its derivative there [m/s] or [rad/s].
         period: of the updates [s]; 0 updates at every step of the Simulator (for unevenly sampled inputs).

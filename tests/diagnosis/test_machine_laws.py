@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from scipy.signal import TransferFunction, lsim
 
 from mmt_drake.diagnosis.diagnose import diagnose
 from mmt_drake.effects import LIBRARY
@@ -43,3 +44,18 @@ def test_a_law_of_machines_is_named(name: str, values: Mapping[str, float], unit
     assert (found.name, found.certain) == (name, "law")
     assert {symbol: p.value for symbol, p in found.parameters.items()} == pytest.approx(values, rel=0.02)
     assert [p.unit for p in found.parameters.values()] == units
+
+
+@pytest.mark.parametrize("tau", [0.03, 0.1])
+def test_a_drive_that_lags_is_no_delay_beside_a_second_mass(tau: float) -> None:
+    body = {"m": 0.5, "b": 1.2, "k": 20.0}
+    output = TransferFunction([1.0], np.polymul([tau, 1.0], [body["m"], body["b"], body["k"]]))
+    noise = np.random.default_rng(7).normal(0.0, 2e-5, len(TIME))
+    x = lsim(output, INPUT - INPUT[0], TIME)[1] + INPUT[0] / body["k"] + noise
+    believed = parse_model({"structure": "driven_body", "parameters": {"m": 0.6, "b": 1.0, "k": 25.0}}, "believed")
+    library = [LIBRARY[name] for name in ("input_lag", "time_delay", "second_mode", "coulomb_friction")]
+    told = diagnose([completed(TIME, {"input": INPUT, "output": x}, "lsim")], believed, library=library).diagnosis
+    (found,) = told.effects
+    assert (found.name, found.certain) == ("input_lag", "law")
+    assert found.parameters["tau"].value == pytest.approx(tau, rel=0.02)
+    assert {name: p.value for name, p in told.parameters.items()} == pytest.approx(body, rel=0.02)

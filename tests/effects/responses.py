@@ -12,7 +12,7 @@ from mmt_drake.model.parameters import BoxParameters, FlexibleBoxModel, NormalCo
 from mmt_drake.model.structure import PositionOut
 from mmt_drake.model.surface_contact import SurfaceContact
 from mmt_drake.model.transmission import TransmissionModel
-from mmt_drake.motion.delay import delayed_input, delayed_motion
+from mmt_drake.motion.delay import delayed_motion, input_behind
 from mmt_drake.motion.hand import HandOrientation
 
 TIME = np.arange(3500) * 1e-3
@@ -68,6 +68,7 @@ SOME = {
     "periodic_disturbance": {"amplitude": 0.3, "frequency": 6.0, "phase": 0.5},
     "tip_mass": {"m_tip": 0.3},
     "time_delay": {"delay": 0.0153},
+    "input_lag": {"tau": 0.02},
     "probe_slip": {"mu": 0.3},
     "surface_shape": {
         **{"x": [-0.1, 0.1], "y": [-0.1, 0.0, 0.1]},
@@ -114,7 +115,8 @@ def respond(model, max_step=np.inf, rates=False, to=""):
     """
     p, delay, n = model.kernel_vector(max_step), model.additions.delay, len(TIME)
     if isinstance(model, PositionOut):
-        u = delayed_input(TIME, 60.0 * STROKE if isinstance(model, DrivenBodyModel) else STROKE, delay)
+        u = 60.0 * STROKE if isinstance(model, DrivenBodyModel) else STROKE
+        u = input_behind(TIME, u, delay, model.additions.lag)
         output, rate, state = np.empty(n), np.empty(n), np.empty(driven_body.STATE_SIZE)
         driven_body.begin(state, 0.0, u[0], LOAD[0], model.offset)
         driven_body.replay_part(0, n, TIME, u, LOAD, p, state, output, rate)

@@ -58,6 +58,7 @@ force_saturation force_sensor limit
 periodic_disturbance force_sensor amplitude frequency phase
 tip_mass force_sensor m_tip
 time_delay channel delay
+input_lag channel tau
 probe_slip friction mu
 surface_shape geometry x y height deviation
 stiffness_map contact x y stiffness deviation
@@ -238,7 +239,7 @@ contact_loss normal_hunt_crossley_damping normal_viscoelastic_relaxation normal_
 body_force constant_force ground_spring end_stop gravity_offset torque_ripple
 inertia mass_change second_mode
 sensor force_bias force_drift force_crosstalk force_saturation periodic_disturbance tip_mass
-timing time_delay force_lag
+timing time_delay input_lag force_lag
 geometry surface_shape frame_misalignment tool_offset
 drive_train gear_play dead_band
 tabulated_force tabulated_force

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal import TransferFunction, lsim
 
-from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion
+from mmt_drake.motion.delay import delayed_flag, delayed_input, delayed_motion, input_behind, lagged
 
 TIME = np.arange(2000) / 1000.0
 DELAYS = [0.0, 0.0004, 0.002, 0.0025, 0.0123]
@@ -43,3 +44,20 @@ def test_inputs_and_flags_are_what_they_were():
     flag = TIME > 0.5
     assert delayed_input(TIME, TIME, 0.0) is TIME and delayed_flag(TIME, flag, 0.0) is flag
     np.testing.assert_array_equal(delayed_flag(TIME, flag, 0.0105), TIME > 0.511)
+
+
+def test_a_lag_answers_as_scipys_low_pass_and_has_settled_at_the_first_sample():
+    time = np.arange(400) * 0.004
+    u = 1.5 + np.cumsum(np.random.default_rng(2).standard_normal(400))
+    expected = u[0] + lsim(TransferFunction([1.0], [0.03, 1.0]), u - u[0], time)[1]
+    np.testing.assert_allclose(input_behind(time, u, 0.0, 0.03), expected, atol=1e-9)
+    late = np.interp(time - 0.0104, time, u)
+    np.testing.assert_array_equal(input_behind(time, u, 0.0104, 0.03), lagged(time, late, 0.03))
+    assert input_behind(time, u, 0.0, 0.0) is u
+
+
+def test_a_lag_on_uneven_samples_is_that_of_the_line_between_them():
+    time = np.sort(np.random.default_rng(5).uniform(0.0, 1.0, 50))
+    u = 2.0 * time - 1.0  # lag y' = u - y
+    expected = u - 2.0 * 0.07 * (1.0 - np.exp(-(time - time[0]) / 0.07))
+    np.testing.assert_allclose(lagged(time, u, 0.07), expected, atol=1e-12)

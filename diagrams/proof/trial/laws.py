@@ -167,6 +167,8 @@ LAWS: Final[dict[str, Hidden]] = {
     "wandering_friction": Hidden("friction", _set(wander_F="F", wander_period="period")),
     "flicker_noise": Hidden("force_sensor", sensor=_reading(flicker="amplitude", flicker_seed="seed")),
     "power_drag": Hidden("friction", _set(drag="c")),
+    # Of a driven body alone, whose drive lags behind the command that a servo's log has (`one_axis`).
+    "input_lag": Hidden("channel"),
     # Of a transmission alone, whose drive train is the plant's contact.
     "gear_play": Hidden("drive", _same("gap")),
     # Of a tip on a surface alone (`palpation`).

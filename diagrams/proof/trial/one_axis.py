@@ -57,7 +57,9 @@ class DrivenSession:
         time, wanted, wanted_v = _reference(self.seed)
         rate = 2.0 * math.pi * self.bandwidth_hz
         gains = base["m"] * rate**2, 1.4 * base["m"] * rate
-        return run_servo(time, wanted, wanted_v, gains, servo(base, effects))
+        drive, x = run_servo(time, wanted, wanted_v, gains, servo(base, effects))
+        lag = math.fsum(effect.parameters["tau"] for effect in effects if effect.name == "input_lag")
+        return drive + lag * np.gradient(drive, time), x  # the command, behind which the drive lags
 
 
 def run_servo(

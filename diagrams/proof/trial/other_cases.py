@@ -139,6 +139,7 @@ DRIVEN: Final[dict[str, _Draw]] = {
     "ground_spring": lambda rng, base, size: {"k": log(1.0, 150.0, size)},
     "mass_change": lambda rng, base, size: {"time": rng.uniform(9.0, 21.0), "dm": log(0.05, 1.5, size) * base["m"]},
     "end_stop": _end_stop,
+    "input_lag": lambda rng, base, size: {"tau": log(1e-3, 0.05, size)},
 }
 """Effects that a driven body can have concealed -> their parameters at a size from 0 (barely visible) to 1 (plain)."""
 

@@ -18,7 +18,7 @@ from mmt_drake.model import kelvin_voigt
 from mmt_drake.model.kelvin_voigt import KelvinVoigt
 from mmt_drake.model.parameters import COARSENING, MAX_STEP
 from mmt_drake.model.structure import Initial, PositionOut, Structure
-from mmt_drake.motion.delay import delayed_input
+from mmt_drake.motion.delay import delayed_input, input_behind
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.over import Conditions, Model, standing_still, under
 from mmt_drake.recording import AXES
@@ -339,7 +339,7 @@ class DrivenTrack(Track):
             raise BadInput(self.smoothed.source, found=found, expected=expected)
         s = self.smoothed
         p = coarsened(model.kernel_vector(), coarse, s.rate_hz)
-        u = delayed_input(s.time, s.input[:, 0].copy(), late)
+        u = input_behind(s.time, s.input[:, 0].copy(), late, model.additions.lag)
         load = delayed_input(s.time, self.load, late) if len(self.load) else model.carried(u)
         measured = np.ascontiguousarray(self._leading)
         output, rate, states = self.measured.copy(), np.zeros(len(u)), np.empty((len(self.windows.rows), 2))

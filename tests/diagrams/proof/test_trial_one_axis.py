@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import TransferFunction, lsim
 from trial_plant_samples import VANISHED
 
 from mmt_drake.diagrams.proof.trial.laws import Concealed
@@ -72,6 +73,7 @@ DRIVEN_VANISHED = VANISHED | {
     "asymmetric_friction": {"Fc_plus": 0.5, "Fc_minus": 0.5},
     "stribeck_friction": {"Fs": 0.5, "v_s": 0.02},
     "mass_change": {"time": 10.0, "dm": 0.0},
+    "input_lag": {"tau": 0.0},
 }
 
 
@@ -80,6 +82,15 @@ def test_a_driven_body_s_effect_at_its_vanishing_value_changes_nothing(name: str
     session = DrivenSession(5)
     without, effect = session.record(CARRIAGE, ()), Concealed(name, DRIVEN_VANISHED[name])
     assert np.array_equal(session.record(CARRIAGE, (effect,))["output"], without["output"])
+
+
+def test_a_drive_lags_behind_its_command_as_scipys_low_pass() -> None:
+    session, tau = DrivenSession(5), 0.02
+    drive, command = (
+        session.record(CARRIAGE, effects)["input"] for effects in ((), (Concealed("input_lag", {"tau": tau}),))
+    )
+    lagged = drive[0] + lsim(TransferFunction([1.0], [tau, 1.0]), command - drive[0], np.arange(len(drive)) * 1e-3)[1]
+    np.testing.assert_allclose(lagged[200:], drive[200:], atol=2e-3 * np.abs(drive).max())
 
 
 @pytest.mark.parametrize("name", MATERIAL)
