@@ -23,7 +23,7 @@ from mmt_drake.cloud.facet import surface_near
 from mmt_drake.cloud.grid import COUNT, Grid, cells_across
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.numeric.vectors import UP, Vector
-from mmt_drake.quantities import Checked, Delay, Length, Quantity
+from mmt_drake.quantities import Checked, Quantity
 
 BEFORE_S, AFTER_S = 0.08, 0.048
 """How much of a touch is looked at before the force shows and after it [s]."""
@@ -41,7 +41,8 @@ class TouchSettings(Checked):
     """What is known of a cloud before anything has been touched.
 
     Attributes:
-        deviation: standard deviation of the height that it shows [m].
+        deviation: standard deviation of the height that it shows [m]; the tip is in free space where it is higher than
+            three of them and 1 mm.
         slope: of its slope [1]: so much more per metre it may be off beside the last touch.
         wander: standard deviation from one touch to the next at the same place [m].
         lateness: to which the lateness of the force is known at best, a standard deviation [s].
@@ -50,10 +51,10 @@ class TouchSettings(Checked):
         BadInput: a value out of range.
     """
 
-    deviation: Length = 1e-3
-    slope: Annotated[float, Quantity("1")] = 0.01
-    wander: Annotated[float, Quantity("m")] = 5e-5
-    lateness: Delay = 1e-3
+    deviation: Annotated[float, Quantity("m", most=0.01, positive=True)] = 1e-3
+    slope: Annotated[float, Quantity("1", most=1.0)] = 0.01
+    wander: Annotated[float, Quantity("m", most=0.01)] = 5e-5
+    lateness: Annotated[float, Quantity("s", most=0.1)] = 1e-3
 
     CALLED: ClassVar = "touch"
 

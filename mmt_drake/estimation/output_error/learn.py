@@ -47,6 +47,7 @@ _STICKS = 3  # that are tried with each fit
 _PATIENCE = 6  # fits that a rival is given to become better
 _ANEW = 8  # steps of a fit to what may be another object
 _GOOD = 2.0  # times the noise, that another object must explain it to
+_ENOUGH_S = 0.1  # of contact, from which on what the height of the surface makes unsure can be done without
 _BEFORE_S = 0.2  # of what is fitted so that may still be of the one before
 _BETTER, _FEWER = 0.97, 20.0  # what it has to bring the sum of squares down to
 
@@ -106,7 +107,7 @@ class Learner:
                 new[0, MOTION_GOOD] = 0.0  # as after any gap, the body has to settle
             else:
                 known = replace(known, start=Beginning.at_rest(new[0, :2]))
-        window = known.window.extended(new, self.h, self._bank, self.options.surface)
+        window = known.window.extended(new, self.h, self._bank, self._surface(known.window))
         known = replace(known, window=window, fresh=known.fresh + len(new))
         capacity = self._capacity
         if known.rests:  # fits are quick without it
@@ -208,6 +209,10 @@ class Learner:
         self._objective(known).difference(known.x, known.stick)
         self.met(known, 1, (1.0,) * LOOKS)
 
+    def _surface(self, window: Window) -> float:
+        """Standard deviation of the height of the surface [m]; 0 as long as nothing else is there to learn from."""
+        return self.options.surface if float(window.contact.sum()) * self.h > _ENOUGH_S else 0.0
+
     def _prior(self, known: Knowledge) -> Information:
         normal = known.normal if known.normal_covariance[0, 0] < 0.5 * NORMAL_DEVIATION[0] ** 2 else None
         return prior_information(self.options.prior, normal)
@@ -225,7 +230,7 @@ class Learner:
             np.isfinite(known.noise_share) & known.rests,
             told_by_bytes(known.model.tobytes()),
             known.normal,
-            self.options.surface,
+            self._surface(known.window),
             (known.x, known.stick),
         )
 
