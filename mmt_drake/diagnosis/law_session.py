@@ -250,10 +250,8 @@ class LawSession(DiagnosisSession):
         differs = verdict == "partly_explained" and not sure and not believed.has_equal(best)
         if verdict == "unexplained" or (differs and gate.leaves_much(shares, of_refit)):
             return None
-        is_asked = sure and standard.left(best) > gate.NOTHING_LEFT
-        bent: frozenset[str] = frozenset()
-        if is_asked:
-            bent = other_curves(standard.problem, best, self.executor)
+        bent = other_curves(standard.problem, best, self.executor) if sure else frozenset()
+        if sure and standard.left(best) > gate.NOTHING_LEFT:
             bent |= more_branches(standard.problem, best, self.executor, self.watch)
         if (free := undiluted(standard.problem, best)) is not best:
             best, shares = free, self.shares(standard.problem, free, fits)
