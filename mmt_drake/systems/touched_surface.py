@@ -17,6 +17,7 @@ from mmt_drake.cloud.touch import (
     height_of_touch,
     plane_below,
 )
+from mmt_drake.errors import BadInput, check_number
 from mmt_drake.estimation.output_error.adequacy import ModelStatus
 from mmt_drake.numeric.arrays import Array, assign
 from mmt_drake.numeric.layout import Layout
@@ -40,6 +41,7 @@ _LEARN_S, _FORGET_S = 0.02, 0.2  # time in free space after which the force ther
 _SURE = 2.0  # deviations by which a surface must be elsewhere to be moved
 _OFF, _FARTHEST = 1e-3, 3.0  # [m], and deviations, above which the tip is in free space
 _AGAIN_S = 0.5  # after which a touch is evaluated once more
+_LONGEST_S = 0.01  # between ticks
 _UNKNOWN_S = 5e-3  # standard deviation of a lateness that is not known
 _UNDER_TIP = 1e-3  # [m/s] by which the surface is moved where the tip is on it
 
@@ -87,10 +89,18 @@ class TouchedSurface(KernelSystem):
         settings: what is known of the cloud beforehand.
         period: of the ticks [s].
         radius: points of the cloud within it of the tip tell where the surface is seen [m].
+
+    Raises:
+        BadInput: a period that is not above 0 or above 10 ms; a radius that is not above 0.
     """
 
     def __init__(self, settings: TouchSettings | None = None, *, period: float = 1e-3, radius: float = 5e-3) -> None:
         super().__init__()
+        check_number("TouchedSurface", "radius", radius, least=0.0, open_interval=True)
+        check_number("TouchedSurface", "period", period, least=0.0, open_interval=True)
+        if period > _LONGEST_S:
+            found, expected = f"{period:g} s", f"{_LONGEST_S:g} s at most: a touch is told by samples"
+            raise BadInput("TouchedSurface", at="period", found=found, expected=expected)
         self._settings, self._period, self._radius = settings or TouchSettings(), period, radius
         self._before, self._after, self._again = (round(time / period) for time in (BEFORE_S, AFTER_S, _AGAIN_S))
         may_be_left = "force_lateness", "model_status"

@@ -7,6 +7,7 @@ from pydrake.systems.analysis import Simulator
 
 from mmt_drake.cloud import plane
 from mmt_drake.cloud.touch import TouchSettings
+from mmt_drake.errors import BadInput
 from mmt_drake.systems.touched_surface import TouchedSurface
 
 STEP = 1e-3
@@ -130,3 +131,12 @@ def test_a_touch_before_the_force_in_free_space_is_known_is_not_believed():
     tip = Tip(0.001, start=0.28)  # just above the surface
     tip.go_on(0.4)
     assert tip.raised.tolist() == [0.0, 1e-3]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "refused"),
+    [({"period": 0.0}, "period"), ({"period": 0.02}, "period: found 0.02 s"), ({"radius": -1.0}, "radius")],
+)
+def test_a_period_or_a_radius_that_tells_no_touch_is_refused(arguments: dict[str, float], refused: str) -> None:
+    with pytest.raises(BadInput, match=refused):
+        TouchedSurface(**arguments)
