@@ -63,8 +63,7 @@ class OutputErrorOptions(Checked):
         window: how much is fitted at once [s]; of what is older its information is kept.
         memory: time in which that information fades to 1/e [s].
         in_plane: whether friction is one vector, F = -Fc v/|v|, or that of each axis, as in the thesis.
-        surface: standard deviation of the height at which contact is said to begin [m]; 0 takes it as exact. An object
-            that changes is then noticed later, or not.
+        surface: standard deviation of the height at which contact is said to begin [m]; 0 takes it as exact.
         effects: laws that the object is known to have beside the numbers that are sought, as those of a renderer
             (`mmt_drake.model_message`).
 

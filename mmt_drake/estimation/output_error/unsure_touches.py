@@ -9,6 +9,7 @@ told as sure. So it is a part of the noise: one number, the height of the surfac
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -26,11 +27,6 @@ _STILL = 1e-9  # [m/s]
 def since_touch(higher: float, rate: float) -> float:
     """How long ago [s] the surface was touched that is `higher` [m] than it is seen; `rate` of the probe's z [m/s]."""
     return math.copysign(min(abs(higher) / max(abs(rate), _STILL), LONGEST_S), higher)
-
-
-def unsure_for(deviation: float, rate: Array) -> Array:
-    """How long before and after a touch or a release it may have been [s], one deviation; `rate` (n,) of z [m/s]."""
-    return np.minimum(deviation / np.maximum(np.abs(rate), _STILL), LONGEST_S)
 
 
 @dataclass(frozen=True)
@@ -68,7 +64,7 @@ class UnsureTouches:
 
 def _begun(contact: Array) -> Iterator[NDArray[np.intp]]:
     """Samples of each contact that begins here, along x and then along y."""
-    n, changes = len(contact), np.flatnonzero(np.diff(contact)) + 1
-    for begin, end in zip(changes, [*changes[1:], n], strict=True):
+    n = len(contact)
+    for begin, end in pairwise([*(np.flatnonzero(np.diff(contact)) + 1), n]):
         if contact[begin] != 0.0:
             yield np.r_[begin:end, n + begin : n + end]

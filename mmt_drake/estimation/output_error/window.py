@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from mmt_drake.estimation.output_error.smoothing import FilterBank
-from mmt_drake.estimation.output_error.unsure_touches import unsure_for
+from mmt_drake.estimation.output_error.unsure_touches import since_touch
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.layout import Layout
 
@@ -104,8 +103,7 @@ class Window:
             x, v = bank.smooth(samples[first:, i] + again, samples[first:, 3 + i], 2.0 * float(deviation[i]))
             shaken[begin:, i], shaken[begin:, 3 + i] = x[begin - first :], v[begin - first :]
         contact, switch = _touches(samples[:, CONTACT] >= 0.5, motion[:, 2], round(_SEARCH_S / h))
-        blind = _BLIND + np.ceil(unsure_for(surface, motion[:, 5]) / h).astype(int)
-        weight = _weight(samples, contact, blind, round(_SETTLING_S / h))
+        weight = _weight(samples, contact, motion[:, 5], surface, h)
         return Window(samples, motion, shaken, number, noise, contact, switch, weight)
 
     def unexplained(self) -> float:
@@ -199,15 +197,16 @@ def _touches(flag: Flags, z: Array, reach: int) -> tuple[Array, Array]:
     return contact, switch
 
 
-def _weight(samples: Array, contact: Array, blind: NDArray[np.intp], settling: int) -> Array:
-    """Where the force along each axis is compared, (n, 3) of 0 and 1; `blind` (n,) samples about a touch are not."""
+def _weight(samples: Array, contact: Array, rate: Array, surface: float, h: float) -> Array:
+    """Where the force along each axis is compared, (n, 3) of 0 and 1; `rate` (n,) of the probe's z [m/s]."""
     weight = samples[:, FORCE_GOOD] * (contact * samples[:, MOTION_GOOD])[:, np.newaxis]
     for k in np.flatnonzero(contact[1:] != contact[:-1]) + 1:
-        weight[max(0, k - blind[k]) : k + blind[k]] = 0.0
+        blind = _BLIND + math.ceil(since_touch(surface, rate[k]) / h)
+        weight[max(0, k - blind) : k + blind] = 0.0
     gone = samples[:, MOTION_GOOD] == 0.0
     ends = np.flatnonzero(gone[:-1] & ~gone[1:]) + 1
     begins = np.flatnonzero(np.diff(gone, prepend=False) & gone)[: len(ends)]
     for begin, end in zip(begins, ends, strict=True):
         if end - begin > SHORT_GAP or begin == 0:
-            weight[end : end + settling] = 0.0
+            weight[end : end + round(_SETTLING_S / h)] = 0.0
     return weight
