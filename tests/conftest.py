@@ -68,6 +68,7 @@ STUDIES = (
     *("diagrams/test_station_learning", "diagrams/test_two_sides"),
     *("estimation/test_force_lateness", "estimation/test_known_laws", "estimation/test_model_adequacy"),
     *("estimation/test_noise_of_the_motion", "estimation/test_other_searches", "estimation/test_retold"),
+    "estimation/test_unsure_touches",
     *("hw/omega/test_lifted_by_hand", "learning/test_law_learner", "recording/test_long_recordings"),
     *("rendering/test_held_body", "rendering/test_laws", "test_documented_commands", "test_tutorials"),
 )
