@@ -9,10 +9,9 @@ Easily confused with:
   not.
 """
 
-from math import expm1
-
 from mmt_drake.effects.effect import NOT_NEGATIVE, Effect, Parameter
 from mmt_drake.model.laws import At, Numbers, Own, Result, Slot, law
+from mmt_drake.numeric.low_pass import low_passed
 
 
 @law(Slot.SENSOR, remembers=True, order=0, every_axis=True)
@@ -23,9 +22,7 @@ def _first_order(at: At, q: Own, p: Numbers) -> Result:
         return u, u, u, 0.0
     if at.h == 0.0:  # the same instant once more
         return q[0], q[0], u, 0.0
-    steps = at.h / tau
-    passed = -expm1(-steps)
-    y = q[0] + passed * (q[1] - q[0]) + (1.0 - passed / steps) * (u - q[1])
+    y = low_passed(q[0], q[1], u, at.h / tau)
     return y, y, u, 0.0
 
 

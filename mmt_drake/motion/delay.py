@@ -3,12 +3,11 @@
 Before the first sample the motion rests where that sample is, with no velocity; an input has its first value.
 """
 
-from math import expm1
-
 import numpy as np
 from numba import njit
 
 from mmt_drake.numeric.arrays import Array
+from mmt_drake.numeric.low_pass import low_passed
 
 
 def delayed_motion(time: Array, position: Array, velocity: Array, delay: float) -> tuple[Array, Array]:
@@ -52,9 +51,7 @@ def lagged(time: Array, values: Array, lag: float) -> Array:
     y = np.empty_like(values)
     y[0] = values[0]
     for k in range(1, len(values)):
-        steps = (time[k] - time[k - 1]) / lag
-        passed = -expm1(-steps)
-        y[k] = y[k - 1] + passed * (values[k - 1] - y[k - 1]) + (1.0 - passed / steps) * (values[k] - values[k - 1])
+        y[k] = low_passed(y[k - 1], values[k - 1], values[k], (time[k] - time[k - 1]) / lag)
     return y
 
 

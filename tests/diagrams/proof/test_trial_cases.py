@@ -80,9 +80,8 @@ def test_a_motion_is_not_too_short() -> None:
 
 
 def test_every_effect_has_a_law_and_a_size_and_there_are_enough_outside_the_library() -> None:
-    of_others = {*DRIVEN, *MATERIAL, *TRANSMISSION, *PALPATED} - set(
-        SIZES
-    )  # `test_trial_one_axis`, `test_trial_palpation`
+    # Those of other structures are in `test_trial_one_axis` and `test_trial_palpation`.
+    of_others = {*DRIVEN, *MATERIAL, *TRANSMISSION, *PALPATED} - set(SIZES)
     assert set(LAWS) - set(REMAINDERS) - of_others == set(SIZES) == set(INSIDE) | set(OUTSIDE)
     assert len(OUTSIDE) >= 8
     assert {LAWS[name].block for name in OUTSIDE} == {"friction", "contact", "body", "force_sensor", "channel"}

@@ -1,4 +1,4 @@
-"""A fit that leaves less than what was taken for noise: its law is asked whether it is the one all the same."""
+"""A law that explains all to the noise is asked all the same whether a free curve says more."""
 
 import numpy as np
 
