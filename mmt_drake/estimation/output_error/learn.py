@@ -28,6 +28,7 @@ from mmt_drake.estimation.output_error.unknowns import (
     prior_information,
     unknowns,
 )
+from mmt_drake.estimation.output_error.unsure_touches import since_touch
 from mmt_drake.estimation.output_error.window import MOTION_GOOD, STAMP, Window
 from mmt_drake.model.held_body import NO_REPORT, report
 from mmt_drake.model.message_layout import MESSAGE_NUMBER, OF_SENSOR
@@ -207,6 +208,7 @@ class Learner:
         """Compile what a fit calls."""
         known = self.beginning()
         self._objective(known).difference(known.x, known.stick)
+        since_touch(0.0, 0.0)
         self.met(known, 1, (1.0,) * LOOKS)
 
     def _surface(self, window: Window) -> float:
