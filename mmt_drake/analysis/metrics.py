@@ -45,6 +45,9 @@ FIRST_S: Final = 0.5
 TOUCH_S: Final = 0.05
 """Time [s] after each touch of `error_touches`."""
 
+NO_FORCE_N: Final = 1e-6
+"""RMS of a reference [N] up to which nothing was there to be rendered: rounding, and less than any sensor sees."""
+
 STAGES: Final = ("error_first_0.5s", "error_rest", "error_touches")
 """Of the rendered force over the whole run: in the first `FIRST_S` of its contact, in all contact after it, and in
 the first `TOUCH_S` of every touch."""
@@ -57,7 +60,8 @@ class ForceError:
     """RMS(force - reference) / RMS(reference) over some samples of a run.
 
     Attributes:
-        tangential: name of band (`signals.BANDS`) -> ratio, x and y together; None where the reference is zero.
+        tangential: name of band (`signals.BANDS`) -> ratio, x and y together; None where the reference is no force
+            (`NO_FORCE_N`).
         normal: the same for z.
         reference_rms: name of band -> RMS of the reference [N], x and y together: what the ratio is relative to.
             A band that holds next to none of the signal has a ratio that says little.
@@ -316,7 +320,7 @@ def _band_rms(
 
 
 def _ratios(error: Mapping[str, float], scale: Mapping[str, float]) -> Ratios:
-    return {band: error[band] / rms if rms > 0.0 else None for band, rms in scale.items()}
+    return {band: error[band] / rms if rms > NO_FORCE_N else None for band, rms in scale.items()}
 
 
 def _of_each_touch(recording: Recording, rendered: _Force, reference: str, step: float) -> tuple[float | None, ...]:
@@ -325,10 +329,10 @@ def _of_each_touch(recording: Recording, rendered: _Force, reference: str, step:
     found: list[float | None] = []
     for chosen in _touches(flag(recording, "in_contact"), step):
         error, size = (
-            math.sqrt(sum(float(np.sum(np.square(part))) for part in parts))
+            math.sqrt(sum(float(np.mean(np.square(part))) for part in parts))
             for parts in zip(*((f[chosen] - true[chosen], true[chosen]) for f, true in forces), strict=True)
         )
-        found.append(error / size if size > 0.0 else None)
+        found.append(error / size if size > NO_FORCE_N else None)
     return tuple(found)
 
 

@@ -185,12 +185,14 @@ def test_an_uneven_clock_gives_the_figures_of_an_even_one(recording_of):
         assert found[1][band] == pytest.approx(found[0][band], rel=1e-2)
 
 
-def test_a_reference_of_zero_gives_no_ratio_and_the_document_stays_json(recording_of):
+@pytest.mark.parametrize("sideways", [0.0, 1e-9])
+def test_a_reference_of_no_more_than_rounding_gives_no_ratio_and_the_document_stays_json(recording_of, sideways):
     time = clock(20.0)
-    force = np.column_stack([0 * time, 0 * time, np.ones_like(time)])
-    run = recording_of(time, force=force, rendered_force=1.2 * force, in_contact=np.ones_like(time))
+    force = np.column_stack([sideways * np.sin(3.0 * time), 0 * time, np.ones_like(time)])
+    rendered = 1.2 * force + [0.1, 0.0, 0.0]
+    run = recording_of(time, force=force, rendered_force=rendered, in_contact=np.ones_like(time))
     document = json.loads(json.dumps(measure(run).to_json(), allow_nan=False))
-    assert document["rendered_error"]["all"] is None
+    assert document["rendered_error"]["all"] is None and document["touch_errors"] == [None]
     assert document["rendered_error"]["z"]["all"] == pytest.approx(0.2)
     assert document["estimated_error"] is None
 

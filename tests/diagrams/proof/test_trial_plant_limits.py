@@ -19,7 +19,8 @@ OF_OTHER_OBJECTS = ("surface_shape", "stiffness_map", "tool_offset", "hardening_
 OF_A_BOX = [
     name
     for name, law in LAWS.items()
-    if law.block != "drive" and name not in (*OF_OTHER_OBJECTS, "presliding_friction")  # this one vanishes as it stiffens
+    if law.block != "drive"
+    and name not in (*OF_OTHER_OBJECTS, "presliding_friction")  # this one vanishes as it stiffens
 ]
 
 
