@@ -1,4 +1,4 @@
-"""The diagram of docs/own_diagram.md runs as pasted, and renders the force that the page says."""
+"""The diagrams of docs/own_diagram.md run as pasted, and render and correct what the page says."""
 
 import re
 from pathlib import Path
@@ -9,12 +9,15 @@ import pytest
 PAGE = Path(__file__).parents[1] / "docs" / "own_diagram.md"
 
 
-def test_our_systems_in_a_diagram_made_by_hand_render_the_force_that_is_felt_there(
+def test_our_systems_in_a_diagram_made_by_hand_render_the_force_that_is_felt_there_and_correct_a_cloud(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    block = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)[0]
+    block, surface, *_ = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     run: dict[str, object] = {}
     exec(compile(block, str(PAGE), "exec"), run)
     told = re.search(r"# ([\d.]+) and ([\d.]+)\n", block)
     assert told is not None and "rendered force off" in capsys.readouterr().out
-    np.testing.assert_allclose(run["error"], [float(told[1]), float(told[2])], atol=1e-4)
+    np.testing.assert_allclose(np.asarray(run["error"]), [float(told[1]), float(told[2])], atol=1e-4)
+    exec(compile(surface, str(PAGE), "exec"), run)
+    raised = np.asarray(run["raised"])
+    assert "the cloud was moved up by" in capsys.readouterr().out and raised[0] == pytest.approx(0.001, abs=5e-5)
