@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from tempfile import TemporaryFile
 from typing import BinaryIO, overload
@@ -26,7 +27,8 @@ class StoredColumn:
     """Numbers in a temporary file, which is gone with the last who holds it."""
 
     def __init__(self) -> None:
-        self._file: BinaryIO = TemporaryFile()  # noqa: SIM115 - closed when nobody holds it any more
+        self._file: BinaryIO = TemporaryFile()  # noqa: SIM115 - closed when nobody holds this any more
+        weakref.finalize(self, self._file.close)
 
     def add(self, values: Array) -> None:
         """Append numbers, (n,)."""
@@ -89,6 +91,7 @@ class StoredPoints:
 
     def __init__(self) -> None:
         self._file: BinaryIO = TemporaryFile(buffering=0)  # noqa: SIM115 - as above
+        weakref.finalize(self, self._file.close)
         self._end = 0
 
     def add(self, points: Points) -> tuple[int, int]:
