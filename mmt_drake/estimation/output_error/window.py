@@ -26,6 +26,7 @@ SAMPLE_SIZE = _next.size
 
 _SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface are not farther apart
 _BLIND = 2  # samples about a touch or a release that are not compared, however certain it is
+_UNSURE = 0.5  # deviations of the surface's height, in whose time about a touch or a release the force is not compared
 SHORT_GAP = 4
 """Samples of motion that may be missing without the body getting lost."""
 _SETTLING_S = 0.3  # after a longer gap: what the body did meanwhile is forgotten
@@ -77,7 +78,7 @@ class Window:
     def extended(self, new: Array, h: float, bank: FilterBank, surface: float = 0.0) -> "Window":
         """With new samples (k, SAMPLE_SIZE) at the end, h [s] apart.
 
-        About a touch the force is not compared for as long as it is not certain in which samples that was; `surface` is
+        About a touch the force is not compared as long as it is most unsure in which samples that was; `surface` is
         the standard deviation of the height at which contact is said to begin [m].
         """
         samples = np.concatenate([self.samples, new])
@@ -201,7 +202,7 @@ def _weight(samples: Array, contact: Array, rate: Array, surface: float, h: floa
     """Where the force along each axis is compared, (n, 3) of 0 and 1; `rate` (n,) of the probe's z [m/s]."""
     weight = samples[:, FORCE_GOOD] * (contact * samples[:, MOTION_GOOD])[:, np.newaxis]
     for k in np.flatnonzero(contact[1:] != contact[:-1]) + 1:
-        blind = _BLIND + math.ceil(since_touch(surface, rate[k]) / h)
+        blind = _BLIND + math.ceil(since_touch(_UNSURE * surface, rate[k]) / h)
         weight[max(0, k - blind) : k + blind] = 0.0
     gone = samples[:, MOTION_GOOD] == 0.0
     ends = np.flatnonzero(gone[:-1] & ~gone[1:]) + 1
