@@ -80,7 +80,7 @@ class OutputErrorOptions(Checked):
     window: Annotated[float, Quantity("s", 2.0, 300.0)] = 30.0
     memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
     in_plane: InPlane = "vector"
-    surface: Annotated[float, Quantity("m", 0.0, 0.01)] = 1e-3
+    surface: Annotated[float, Quantity("m", 0.0, 0.01)] = 0.0
     effects: tuple[ToldEffect, ...] = ()
     tells: ClassVar = ("held_body", "model_status", "model", "thing")
 
