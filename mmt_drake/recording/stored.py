@@ -5,7 +5,7 @@ import os
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from tempfile import TemporaryFile
-from typing import BinaryIO, overload
+from typing import IO, overload
 
 import numpy as np
 
@@ -23,12 +23,16 @@ def return_freed() -> None:
         trim(0)
 
 
-class StoredColumn:
-    """Numbers in a temporary file, which is gone with the last who holds it."""
+class _Stored:
+    """A temporary file, which is gone with the last who holds it."""
 
-    def __init__(self) -> None:
-        self._file: BinaryIO = TemporaryFile()  # noqa: SIM115 - closed when nobody holds this any more
+    def __init__(self, buffering: int = -1) -> None:
+        self._file: IO[bytes] = TemporaryFile(buffering=buffering)  # noqa: SIM115 - closed when nobody holds this any more
         weakref.finalize(self, self._file.close)
+
+
+class StoredColumn(_Stored):
+    """Numbers in a temporary file."""
 
     def add(self, values: Array) -> None:
         """Append numbers, (n,)."""
@@ -86,12 +90,11 @@ class LongColumns(Mapping[str, Array]):
         return dict, (dict(self.items()),)  # a file does not go to another process
 
 
-class StoredPoints:
+class StoredPoints(_Stored):
     """The points of clouds, one cloud after the other, in a temporary file."""
 
     def __init__(self) -> None:
-        self._file: BinaryIO = TemporaryFile(buffering=0)  # noqa: SIM115 - as above
-        weakref.finalize(self, self._file.close)
+        super().__init__(buffering=0)
         self._end = 0
 
     def add(self, points: Points) -> tuple[int, int]:
