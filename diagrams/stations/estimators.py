@@ -102,5 +102,7 @@ def estimator_name(options: EstimatorOptions) -> str:
 
 def estimator(site: Site) -> System:
     """The estimator that the scenario asks for."""
-    chosen = replace(site.scenario.estimator, step=site.step)
+    chosen, touch = replace(site.scenario.estimator, step=site.step), site.scenario.touch
+    if isinstance(chosen, OutputErrorOptions) and chosen.surface is None and touch is not None:
+        chosen = replace(chosen, surface=touch.deviation)  # one belief of the cloud
     return KINDS[type(chosen)].system(chosen, site)

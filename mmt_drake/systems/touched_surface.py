@@ -27,11 +27,12 @@ from mmt_drake.systems.kernel_system import KernelSystem
 PORT_SIZES = {"surface_raised": 2}
 
 # The memory. Of the surface, how much higher it is and the deviation of that: as it is put out, as it is known, and as
-# it was known before this touch. How high the cloud was below the latest touch, where the one before was, and the plane
-# of the cloud at the latest. The force in free space and its variance; ticks so far, in free space, and since a force
-# has shown. The last samples, which stay from `AFTER_S` after a touch to its end.
-_RAISED, _KNOWN, _BEFORE, _SEEN, _PLACE, _NORMAL, _MEAN, _VARIANCE, _TICK, _FREE, _SINCE, _RING = map(
-    Layout(), (2, 2, 2, 1, 3, 5, 3, 3, 1, 1, 1, 0)
+# it was known before this touch. How much higher it was put out when this contact began. How high the cloud was below
+# the latest touch, where the one before was, and the plane of the cloud at the latest. The force in free space and its
+# variance; ticks so far, in free space, and since a force has shown. The last samples, which stay from `AFTER_S` after
+# a touch to its end.
+_RAISED, _KNOWN, _BEFORE, _BEGAN, _SEEN, _PLACE, _NORMAL, _MEAN, _VARIANCE, _TICK, _FREE, _SINCE, _RING = map(
+    Layout(), (2, 2, 2, 1, 1, 3, 5, 3, 3, 1, 1, 1, 0)
 )
 
 _SAMPLE = 9
@@ -80,10 +81,10 @@ class TouchedSurface(KernelSystem):
     - ``model_status`` (1): 0 where that estimator is sure of its model; anything else: the lateness is not known to
       5 ms. May stay unconnected, and then it is sure.
     - ``surface_raised`` (2): by how much the cloud is moved up [m], and the standard deviation of that.
-    - ``readout`` (1176 at 1 kHz): that, and the rest of the memory.
+    - ``readout`` (1177 at 1 kHz): that, and the rest of the memory.
     - ``corrected`` (abstract, `mmt_drake.cloud.Cloud`): the cloud, moved up by that; direct feedthrough.
     - ``lowered`` (9): the measurement [m], [m/s], [N], its z the height above a level surface that the latest touch
-      found, above z = 0 before the first one; direct feedthrough.
+      found, above z = 0 before the first one; direct feedthrough. That surface does not move while the tip is on it.
 
     Args:
         settings: what is known of the cloud beforehand.
@@ -127,7 +128,7 @@ class TouchedSurface(KernelSystem):
 
     def _put_lowered(self, t: float, memory: Array, out: Array, measurement: Array) -> None:
         out[:] = measurement
-        out[2] -= memory[_SEEN] + memory[_RAISED]
+        out[2] -= memory[_SEEN] + memory[_BEGAN]
 
     def _step(
         self,
@@ -201,7 +202,7 @@ def _follow(memory: Array, measurement: Array, clearance: float, period: float, 
     wanted = memory[_KNOWN] if abs(memory[_KNOWN]) > _SURE * memory[_KNOWN + 1] else 0.0
     memory[_RAISED + 1] = memory[_KNOWN + 1] + abs(memory[_KNOWN] - memory[_RAISED])
     if off:
-        memory[_RAISED] = wanted
+        memory[_RAISED] = memory[_BEGAN] = wanted
         _learn_free_force(memory, measurement, period)
         memory[_SINCE] = 0.0
         return _NOTHING

@@ -8,6 +8,8 @@ import pytest
 from mmt_drake.diagrams.proof.experiments.changes import NOISE
 from mmt_drake.diagrams.proof.experiments.objects import STEP, drawn, path_of
 from mmt_drake.diagrams.proof.experiments.tick_by_tick import behind_sensor, measured_along
+from mmt_drake.diagrams.stations.run import run
+from mmt_drake.diagrams.stations.scenario import load_scenario
 from mmt_drake.estimation.output_error.learn import Learner
 from mmt_drake.estimation.output_error.offline import OutputErrorTrace, estimate_output_error
 from mmt_drake.estimation.output_error.options import OutputErrorOptions
@@ -59,6 +61,15 @@ def test_of_an_object_that_is_not_moved_nothing_is_taken_off() -> None:
     measurement[:, 8] += 2.0
     known = estimate_output_error(measurement, np.ones(n), OPTIONS).knowledge
     assert known.noise_slope[list(TABLE).index("b2")] == 0.0
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_in_the_first_second_the_noise_of_the_motion_makes_no_object_stiffer_and_stiffer(seed: int) -> None:
+    """Stiff objects pass more of it on, and so what is taken off grew with what it had made: k2 came to 5700 N/m."""
+    recording = run(load_scenario("setup1-free-running", [f"seed={seed}"]), seconds=1.2)
+    learned = np.flatnonzero(recording["in_contact"])[300:]
+    assert recording["theta_k2"][learned].max() < 2.0 * 500.0
+    assert recording["theta_b2"][learned].max() < 2.0 * 60.0
 
 
 def test_least_squares_beside_a_linear_term_end_where_both_slopes_cancel() -> None:

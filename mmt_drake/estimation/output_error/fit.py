@@ -91,7 +91,6 @@ class Objective:
         untold: (UNKNOWNS,) kept as they are known: all that noise alone tells, of samples that tell nothing else.
         laws: (TOLD_SIZE,) beside the numbers that are sought (`mmt_drake.told_laws`).
         normal: (2,) k and b of the normal axis, whose force is the load of laws.
-        surface: standard deviation of the height at which contact is said to begin [m].
         about: unknowns and stick at which it is found what another height changes.
         replays: of every object that was simulated.
     """
@@ -107,9 +106,8 @@ class Objective:
     untold: Flags = field(default_factory=lambda: np.zeros(UNKNOWNS, dtype=bool))
     laws: Array = field(default_factory=lambda: NO_LAWS)
     normal: Array = field(default_factory=lambda: np.ones(2))
-    surface: float = 0.0
     about: tuple[Array, Stick] | None = None
-    replays: dict[tuple[bytes, Stick, float], ReplayedWindow] = field(
+    replays: dict[tuple[bytes, Stick, bool], ReplayedWindow] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
@@ -123,12 +121,12 @@ class Objective:
         """How many samples of the force count, along x and y together."""
         return int(np.count_nonzero(self.weight))
 
-    def difference(self, x: Array, stick: Stick, higher: float = 0.0) -> Array:
+    def difference(self, x: Array, stick: Stick, higher: bool = False) -> Array:
         """Simulated less measured force (2 n,) [N], along x and then along y; 0 where they are not compared.
 
         Args:
             x, stick: the object.
-            higher: by how much the surface is higher than contact says [m].
+            higher: whether the surface is higher by one standard deviation.
 
         Raises:
             MmtError: a set that cannot be integrated.
@@ -170,7 +168,7 @@ class Objective:
         """Into which the time from one sample to the next is divided, an odd number: ticks, as long as they are few."""
         return min(self.ticks + 1 - self.ticks % 2, _MOST_PARTS)
 
-    def _replay(self, x: Array, stick: Stick, higher: float = 0.0) -> ReplayedWindow:
+    def _replay(self, x: Array, stick: Stick, higher: bool = False) -> ReplayedWindow:
         x = self._told(x)
         key = x[OBJECT].tobytes(), stick, higher
         if key in self.replays:
@@ -188,7 +186,8 @@ class Objective:
         force, state = np.zeros((2, max(0, n - 1) * self.parts + 1)), self.start.of(x)
         motion = window.motion[:, :3].T.copy(), window.motion[:, 3:].T.copy()
         try:
-            replay_window(self.h, self.parts, *motion, window.contact, window.switch, p, state.ravel(), higher, force)
+            touched = window.contact, window.switch, window.unsure if higher else np.zeros(n)
+            replay_window(self.h, self.parts, *motion, *touched, p, state.ravel(), force)
         except RuntimeError as error:
             raise MmtError(str(error)) from None
         self.replays[key] = ReplayedWindow(force, state)
@@ -208,10 +207,10 @@ class Objective:
 
     @cached_property
     def _touches(self) -> UnsureTouches:
-        if self.about is None or self.surface == 0.0:
+        if self.about is None or not self.window.unsure.any():
             return UnsureTouches()
         x, stick = self.about
-        here, there = attempt(self.difference, x, stick), attempt(self.difference, x, stick, self.surface)
+        here, there = attempt(self.difference, x, stick), attempt(self.difference, x, stick, True)
         if here is None or there is None:
             return UnsureTouches()
         return UnsureTouches.of(self.window.contact, (there - here) / self.noise)

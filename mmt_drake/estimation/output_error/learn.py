@@ -22,6 +22,7 @@ from mmt_drake.estimation.output_error.unknowns import (
     LATENESS,
     NORMAL_DEVIATION,
     OBJECT,
+    SIZE,
     UNKNOWNS,
     Information,
     Stick,
@@ -48,8 +49,9 @@ _STICKS = 3  # that are tried with each fit
 _PATIENCE = 6  # fits that a rival is given to become better
 _ANEW = 8  # steps of a fit to what may be another object
 _GOOD = 2.0  # times the noise, that another object must explain it to
-_ENOUGH_S = 0.1  # of contact, from which on what the height of the surface makes unsure can be done without
+_ENOUGH_S = 0.15  # of contact, from which on what the height of the surface makes unsure can be done without
 _BEFORE_S = 0.2  # of what is fitted so that may still be of the one before
+_MOST_MOVED = 1.0  # of its size, by which an unknown is moved by the noise of the motion at most
 _BETTER, _FEWER = 0.97, 20.0  # what it has to bring the sum of squares down to
 
 
@@ -108,7 +110,7 @@ class Learner:
                 new[0, MOTION_GOOD] = 0.0  # as after any gap, the body has to settle
             else:
                 known = replace(known, start=Beginning.at_rest(new[0, :2]))
-        window = known.window.extended(new, self.h, self._bank, self._surface(known.window))
+        window = known.window.extended(new, self.h, self._bank)
         known = replace(known, window=window, fresh=known.fresh + len(new))
         capacity = self._capacity
         if known.rests:  # fits are quick without it
@@ -179,7 +181,7 @@ class Learner:
 
     def _with_normal_axis(self, known: Knowledge) -> Knowledge:
         """With the normal axis of the samples at hand, as it was where a law along it is too fast for them."""
-        return attempt(with_normal_axis, known, self.options.prior, self.h) or known
+        return attempt(with_normal_axis, known, self.options.prior, self.h, self._surface(known.window)) or known
 
     def _with_held_body(self, known: Knowledge, objective: Objective) -> Knowledge:
         """With what the fit says of where friction holds the body at the last sample."""
@@ -213,7 +215,7 @@ class Learner:
 
     def _surface(self, window: Window) -> float:
         """Standard deviation of the height of the surface [m]; 0 as long as nothing else is there to learn from."""
-        return self.options.surface if float(window.contact.sum()) * self.h > _ENOUGH_S else 0.0
+        return (self.options.surface or 0.0) if float(window.contact.sum()) * self.h > _ENOUGH_S else 0.0
 
     def _prior(self, known: Knowledge) -> Information:
         normal = known.normal if known.normal_covariance[0, 0] < 0.5 * NORMAL_DEVIATION[0] ** 2 else None
@@ -232,7 +234,6 @@ class Learner:
             np.isfinite(known.noise_share) & known.rests,
             told_by_bytes(known.model.tobytes()),
             known.normal,
-            self._surface(known.window),
             (known.x, known.stick),
         )
 
@@ -247,7 +248,7 @@ class Learner:
             numbers = range(0)
         stick, minimum = better_stick(objective, minimum, known.stick, numbers)
         found = replace(
-            self._with_noise_of_motion(known, objective, minimum.x, stick),
+            self._with_noise_of_motion(known, objective, minimum, stick),
             x=minimum.x,
             stick=stick,
             noise=objective.noise_left(minimum),
@@ -265,23 +266,30 @@ class Learner:
         further = attempt(objective.unexcited_beside, minimum, stick, found, self._prior(known))
         return found if further is None else further
 
-    def _with_noise_of_motion(self, known: Knowledge, objective: Objective, x: Array, stick: Stick) -> Knowledge:
+    def _with_noise_of_motion(
+        self, known: Knowledge, objective: Objective, minimum: Minimum, stick: Stick
+    ) -> Knowledge:
         """With what noise on the motion adds, found anew every second fit.
 
-        Each time for the lateness and one number of the object; for all of these while the window is short.
+        Each time for the lateness and one number of the object; for all of these while the window is short. Stiff
+        objects pass more noise on. So numbers that are too stiff as yet would become stiffer, fit by fit: while the
+        window is short, no unknown is moved far by this.
         """
         if stick.speed > 0.0:  # a body that lets go at another time is no small noise
             return replace(known, noise_slope=np.zeros(UNKNOWNS), noise_share=np.zeros(UNKNOWNS))
         turn, other = divmod(known.fits, 2)
-        if len(known.window) < _SHORT_S / self.h:
+        if short := len(known.window) < _SHORT_S / self.h:
             numbers = [*range(UNKNOWNS)]
         else:
             numbers = [turn % LATENESS.start, *range(LATENESS.start, LATENESS.stop)]
-        found = None if other else attempt(objective.slope_of_noise, x, stick, numbers)
+        found = None if other else attempt(objective.slope_of_noise, minimum.x, stick, numbers)
         if found is None or objective.compared == 0:
             return known
         slope, share = known.noise_slope.copy(), known.noise_share.copy()
         slope[numbers], share[numbers] = found[0] / objective.compared, found[1]
+        if short:
+            moved = objective.inverse(minimum.jacobian) @ slope * objective.compared / objective.noise**2
+            slope *= min(1.0, _MOST_MOVED / max(float(np.abs(moved / SIZE).max()), 1e-300))
         return replace(known, noise_slope=slope, noise_share=share)
 
     def _judged(self, known: Knowledge, fresh: int, difference: Array) -> Knowledge:
@@ -369,7 +377,7 @@ class Learner:
         start = known.start
         try:
             memory = memory.plus(objective.said(known.x, known.stick, count))
-            normal = normal.plus(said_along_normal(known, self.h, slice(count)))
+            normal = normal.plus(said_along_normal(known, self.h, slice(count), self._surface(known.window)).numbers)
             if count < len(known.window):
                 start = self._beginning(known, count) or start
         except MmtError:

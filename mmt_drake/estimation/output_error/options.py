@@ -63,7 +63,8 @@ class OutputErrorOptions(Checked):
         window: how much is fitted at once [s]; of what is older its information is kept.
         memory: time in which that information fades to 1/e [s].
         in_plane: whether friction is one vector, F = -Fc v/|v|, or that of each axis, as in the thesis.
-        surface: standard deviation of the height at which contact is said to begin [m]; 0 takes it as exact.
+        surface: standard deviation of the height at which contact is said to begin [m]; 0 takes it as exact. null: in a
+            station that of its `touch`, else 0.
         effects: laws that the object is known to have beside the numbers that are sought, as those of a renderer
             (`mmt_drake.model_message`).
 
@@ -80,7 +81,7 @@ class OutputErrorOptions(Checked):
     window: Annotated[float, Quantity("s", 2.0, 300.0)] = 30.0
     memory: Annotated[float, Quantity("s", 1.0, 1e6)] = 120.0
     in_plane: InPlane = "vector"
-    surface: Annotated[float, Quantity("m", 0.0, 0.01)] = 0.0
+    surface: Annotated[float | None, Quantity("m", 0.0, 0.01)] = None
     effects: tuple[ToldEffect, ...] = ()
     tells: ClassVar = ("held_body", "model_status", "model", "thing")
 

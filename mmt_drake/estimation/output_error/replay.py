@@ -29,9 +29,9 @@ def replay_window(
     probe_rate: Array,
     contact: Array,
     switch: Array,
+    higher: Array,
     p: Array,
     state: Array,
-    higher: float,
     force: Array,
 ) -> None:
     """Free-running simulation from a given state.
@@ -42,10 +42,10 @@ def replay_window(
         probe, probe_rate: (3, n) of the probe in the middle of each sample [m], [m/s].
         contact: (n,) 0 or 1.
         switch: (n,) where the contact differs from the sample before: the share of h from that one to the change.
+        higher: (n,) by how much the surface that is touched there is higher than contact says [m]: the contact spring
+            is anchored where the probe was on it.
         p: kernel vector.
         state: (2 AXIS_SIZE,) of the body in the middle of the first sample, advanced to that of the last.
-        higher: by how much the surface is higher than contact says [m]: the contact spring is anchored where the probe
-            was on it.
         force: (2, (n - 1) parts + 1) to be filled with the force on the probe at each tick [N]; 0 off contact.
 
     Raises:
@@ -74,8 +74,8 @@ def replay_window(
                 if later:
                     touch(state, 0, along, change, c)
                     touch(state, AXIS_SIZE, across, change, c)
-                    if higher != 0.0:
-                        before = since_touch(higher, velocity_at(level, change))
+                    if higher[k] != 0.0:
+                        before = since_touch(higher[k], velocity_at(level, change))
                         state[ANCHOR] -= before * velocity_at(along, change)
                         state[AXIS_SIZE + ANCHOR] -= before * velocity_at(across, change)
                 touching, s, change = later, max(s, change), 2.0 * h

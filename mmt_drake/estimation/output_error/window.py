@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from mmt_drake.estimation.output_error.smoothing import FilterBank
@@ -24,7 +25,7 @@ STAMP = _next()  # when the motion of its first tick was sent
 TAKEN = _next()  # the middle of its time, by the estimator's clock
 SAMPLE_SIZE = _next.size
 
-_SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface are not farther apart
+_SEARCH_S = 0.05  # a change of the contact flag and the crossing of the surface as it is seen are not farther apart
 _BLIND = 2  # samples about a touch or a release that are not compared, however certain it is
 _UNSURE = 0.5  # deviations of the surface's height, in whose time about a touch or a release the force is not compared
 SHORT_GAP = 4
@@ -51,6 +52,8 @@ class Window:
         switch: (n,) where the contact differs from the sample before: the share of the time from that one at which it
             changes.
         weight: (n, 3) 1 where the force along each axis is compared.
+        height: (n,) of the surface over where it is seen, as the contact nearest to the sample tells it [m].
+        unsure: (n,) standard deviation of that [m]; 0: taken for certain.
     """
 
     samples: Array
@@ -61,13 +64,16 @@ class Window:
     contact: Array
     switch: Array
     weight: Array
+    height: Array
+    unsure: Array
 
     @classmethod
     def empty(cls) -> Self:
         """No sample."""
         none = np.zeros(0)
         motion = np.zeros((0, 6))
-        return cls(np.zeros((0, SAMPLE_SIZE)), motion, motion, none, np.zeros((0, 3)), none, none, np.zeros((0, 3)))
+        axes = np.zeros((0, 3))
+        return cls(np.zeros((0, SAMPLE_SIZE)), motion, motion, none, axes, none, none, axes, none, none)
 
     def __len__(self) -> int:
         return len(self.samples)
@@ -75,12 +81,8 @@ class Window:
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
 
-    def extended(self, new: Array, h: float, bank: FilterBank, surface: float = 0.0) -> "Window":
-        """With new samples (k, SAMPLE_SIZE) at the end, h [s] apart.
-
-        About a touch the force is not compared as long as it is most unsure in which samples that was; `surface` is
-        the standard deviation of the height at which contact is said to begin [m].
-        """
+    def extended(self, new: Array, h: float, bank: FilterBank) -> "Window":
+        """With new samples (k, SAMPLE_SIZE) at the end, h [s] apart."""
         samples = np.concatenate([self.samples, new])
         begin = max(0, len(self) - 2 * bank.reach)  # what is older stays as it is
         gap = np.flatnonzero(samples[:, MOTION_GOOD] == 0.0)
@@ -103,9 +105,26 @@ class Window:
             again = math.sqrt(deviation[i]) * _SHAKES[number[first:].astype(int) % len(_SHAKES), i]
             x, v = bank.smooth(samples[first:, i] + again, samples[first:, 3 + i], 2.0 * float(deviation[i]))
             shaken[begin:, i], shaken[begin:, 3 + i] = x[begin - first :], v[begin - first :]
-        contact, switch = _touches(samples[:, CONTACT] >= 0.5, motion[:, 2], round(_SEARCH_S / h))
-        weight = _weight(samples, contact, motion[:, 5], surface, h)
-        return Window(samples, motion, shaken, number, noise, contact, switch, weight)
+        latest = (self.height[-1], self.unsure[-1]) if len(self) else (0.0, 0.0)
+        height, unsure = (
+            np.append(old, np.full(len(new), last))
+            for old, last in zip((self.height, self.unsure), latest, strict=True)
+        )
+        contact, switch, weight = _compared(samples, motion, height, unsure, h)
+        return Window(samples, motion, shaken, number, noise, contact, switch, weight, height, unsure)
+
+    def at_heights(self, height: Array, unsure: Array, h: float) -> "Window":
+        """With the surface as high as contacts (c,) tell it, one at least, and standard deviations of that, both [m].
+
+        A touch or release is then where the probe crosses that. About it the force is not compared as long as it is
+        most unsure in which samples it was.
+        """
+        begins, ends = begins_and_ends(self.contact)
+        between = (ends[:-1] + begins[1:]) // 2
+        times = np.diff(np.concatenate([[0], between, [len(self)]]))
+        height, unsure = np.repeat(height, times), np.repeat(unsure, times)
+        contact, switch, weight = _compared(self.samples, self.motion, height, unsure, h)
+        return replace(self, contact=contact, switch=switch, weight=weight, height=height, unsure=unsure)
 
     def unexplained(self) -> float:
         """How much a good fit may leave of the force along x and y [N]: its noise, or a small part of it.
@@ -137,6 +156,12 @@ class Window:
     def part(self, span: slice) -> Self:
         """Some of the samples, copied."""
         return replace(self, **{name: getattr(self, name)[span].copy() for name in self.__dataclass_fields__})
+
+
+def begins_and_ends(contact: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First sample of each contact, and first after it; `contact` (n,) of 0 and 1."""
+    turns = np.diff(contact, prepend=0.0, append=0.0)
+    return np.flatnonzero(turns > 0.0), np.flatnonzero(turns < 0.0)
 
 
 def white_noise(values: Array, counted: Flags | None = None) -> float:
@@ -181,14 +206,29 @@ def _quiet(noise: Array) -> Array:
     return np.quantile(means, _QUIET, axis=0) if len(means) else np.zeros(3)
 
 
-def _touches(flag: Flags, z: Array, reach: int) -> tuple[Array, Array]:
-    """Contact (n,), and where in its interval it changes (n,): where the probe crosses the surface, if that is near."""
+def _compared(samples: Array, motion: Array, height: Array, unsure: Array, h: float) -> tuple[Array, Array, Array]:
+    """Contact, switch and weight of a `Window`, from what else is in it."""
+    contact, switch = _touches(samples[:, CONTACT] >= 0.5, motion[:, 2] - height, height, motion[:, 5], h)
+    return contact, switch, _weight(samples, contact, motion[:, 5], unsure, h)
+
+
+def _touches(flag: Flags, z: Array, height: Array, rate: Array, h: float) -> tuple[Array, Array]:
+    """Contact (n,), and where in its interval it changes (n,): where the probe crosses the surface, if that is near.
+
+    Args:
+        flag: (n,) contact as it is told.
+        z: (n,) of the probe above the surface [m].
+        height: (n,) of the surface over where whoever tells it sees it [m].
+        rate: (n,) of the probe's z [m/s].
+        h: time between samples [s].
+    """
     contact, switch = flag.astype(np.float64), np.ones(len(flag))
     changes = np.flatnonzero(flag[1:] != flag[:-1]) + 1
     below = z < 0.0
     crossings = np.flatnonzero(below[1:] != below[:-1]) + 1
     last = 0
     for k in changes:
+        reach = (_SEARCH_S + abs(since_touch(height[k], rate[k]))) / h
         same = crossings[(below[crossings] == flag[k]) & (np.abs(crossings - k) <= reach) & (crossings > last)]
         if len(same):
             j = int(same[np.argmin(np.abs(same - k))])
@@ -198,11 +238,14 @@ def _touches(flag: Flags, z: Array, reach: int) -> tuple[Array, Array]:
     return contact, switch
 
 
-def _weight(samples: Array, contact: Array, rate: Array, surface: float, h: float) -> Array:
-    """Where the force along each axis is compared, (n, 3) of 0 and 1; `rate` (n,) of the probe's z [m/s]."""
+def _weight(samples: Array, contact: Array, rate: Array, unsure: Array, h: float) -> Array:
+    """Where the force along each axis is compared, (n, 3) of 0 and 1.
+
+    `rate` (n,) is that of the probe's z [m/s], `unsure` (n,) the standard deviation of the surface's height [m].
+    """
     weight = samples[:, FORCE_GOOD] * (contact * samples[:, MOTION_GOOD])[:, np.newaxis]
     for k in np.flatnonzero(contact[1:] != contact[:-1]) + 1:
-        blind = _BLIND + math.ceil(since_touch(_UNSURE * surface, rate[k]) / h)
+        blind = _BLIND + math.ceil(since_touch(_UNSURE * unsure[k], rate[k]) / h)
         weight[max(0, k - blind) : k + blind] = 0.0
     gone = samples[:, MOTION_GOOD] == 0.0
     ends = np.flatnonzero(gone[:-1] & ~gone[1:]) + 1
