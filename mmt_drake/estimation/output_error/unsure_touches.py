@@ -3,7 +3,8 @@
 Contact begins where the probe crosses the surface, and that is seen to some tenths of a millimetre. Where it is higher,
 the probe touched it sooner, and the contact spring is anchored where the probe was then: until the contact ends the
 force is another one. Taken as it is seen, that became a mass that is too small and a lateness that is not there, both
-told as sure. So it is a part of the noise: one number, the height of the surface, for each contact.
+told as sure. The force along the normal tells where the surface is (`along_normal`), and what that leaves unsure is a
+part of the noise: one number, the height of the surface, for each contact.
 """
 
 import math
