@@ -84,13 +84,17 @@ def replayed(measurement: Array, in_contact: Array, own: OwnEstimator) -> Estima
     return EstimatorTrace(**{**found, "stable": found["stable"][:, 0]})
 
 
+def _free_running(options: OutputErrorOptions, site: Site) -> OutputErrorEstimator:
+    """Of the surface it believes what touches do, unless it is told."""
+    touch = site.scenario.touch
+    if options.surface is None and touch is not None:
+        options = replace(options, surface=touch.deviation)
+    return OutputErrorEstimator(options, worker=site.worker or site.spread, waits=site.spread)
+
+
 KINDS: Final[Mapping[type, EstimatorKind]] = {
     RlsOptions: EstimatorKind("rls", lambda options, _: RlsEstimator(options), estimate),
-    OutputErrorOptions: EstimatorKind(
-        "output_error",
-        lambda options, site: OutputErrorEstimator(options, worker=site.worker or site.spread, waits=site.spread),
-        estimate_output_error,
-    ),
+    OutputErrorOptions: EstimatorKind("output_error", _free_running, estimate_output_error),
     OwnEstimator: EstimatorKind("own", lambda options, site: options.made(site.step), replayed),
 }
 
@@ -102,7 +106,5 @@ def estimator_name(options: EstimatorOptions) -> str:
 
 def estimator(site: Site) -> System:
     """The estimator that the scenario asks for."""
-    chosen, touch = replace(site.scenario.estimator, step=site.step), site.scenario.touch
-    if isinstance(chosen, OutputErrorOptions) and chosen.surface is None and touch is not None:
-        chosen = replace(chosen, surface=touch.deviation)  # one belief of the cloud
+    chosen = replace(site.scenario.estimator, step=site.step)
     return KINDS[type(chosen)].system(chosen, site)

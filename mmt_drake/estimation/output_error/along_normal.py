@@ -13,7 +13,8 @@ from mmt_drake.estimation.output_error.knowledge import Knowledge
 from mmt_drake.estimation.output_error.lateness import late_means
 from mmt_drake.estimation.output_error.options import Prior
 from mmt_drake.estimation.output_error.unknowns import LATENESS, NORMAL_DEVIATION, Information
-from mmt_drake.estimation.output_error.window import FORCE, begins_and_ends
+from mmt_drake.estimation.output_error.unsure_touches import begins_and_ends
+from mmt_drake.estimation.output_error.window import FORCE
 from mmt_drake.numeric.arrays import Array
 from mmt_drake.told_laws import ALONG_NORMAL, along_normal, told_by_bytes
 

@@ -43,6 +43,7 @@ from mmt_drake.told_laws import ALONG_NORMAL, told_by_bytes, without_effect
 _FITS_PER_WINDOW = 75  # a window is fitted so often in the time that it covers, or each period: cost stays even
 _DROPPED = 0.2  # share of a full window that is let go at once
 _SHORT_S = 3.0  # a window is fitted with more steps at a time as long as it is shorter
+_MOST_MOVED = 1.0  # of its size, by which an unknown is moved by the noise of the motion at most
 _REST_S = 1.5  # is kept of samples that say nothing
 _STICK_AFTER_S = 1.5  # of contact: static friction is not looked for before
 _STICKS = 3  # that are tried with each fit
@@ -51,7 +52,6 @@ _ANEW = 8  # steps of a fit to what may be another object
 _GOOD = 2.0  # times the noise, that another object must explain it to
 _ENOUGH_S = 0.15  # of contact, from which on what the height of the surface makes unsure can be done without
 _BEFORE_S = 0.2  # of what is fitted so that may still be of the one before
-_MOST_MOVED = 1.0  # of its size, by which an unknown is moved by the noise of the motion at most
 _BETTER, _FEWER = 0.97, 20.0  # what it has to bring the sum of squares down to
 
 

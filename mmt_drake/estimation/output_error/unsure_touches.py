@@ -10,7 +10,6 @@ part of the noise: one number, the height of the surface, for each contact.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -28,6 +27,12 @@ _STILL = 1e-9  # [m/s]
 def since_touch(higher: float, rate: float) -> float:
     """How long ago [s] the surface was touched that is `higher` [m] than it is seen; `rate` of the probe's z [m/s]."""
     return math.copysign(min(abs(higher) / max(abs(rate), _STILL), LONGEST_S), higher)
+
+
+def begins_and_ends(contact: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First sample of each contact, and first after it; `contact` (n,) of 0 and 1."""
+    turns = np.diff(contact, prepend=0.0, append=0.0)
+    return np.flatnonzero(turns > 0.0), np.flatnonzero(turns < 0.0)
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,6 @@ class UnsureTouches:
 def _begun(contact: Array) -> Iterator[NDArray[np.intp]]:
     """Samples of each contact that begins here, along x and then along y."""
     n = len(contact)
-    for begin, end in pairwise([*(np.flatnonzero(np.diff(contact)) + 1), n]):
-        if contact[begin] != 0.0:
+    for begin, end in zip(*begins_and_ends(contact), strict=True):
+        if begin > 0:
             yield np.r_[begin:end, n + begin : n + end]

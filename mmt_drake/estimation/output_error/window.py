@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from mmt_drake.estimation.output_error.smoothing import FilterBank
-from mmt_drake.estimation.output_error.unsure_touches import since_touch
+from mmt_drake.estimation.output_error.unsure_touches import begins_and_ends, since_touch
 from mmt_drake.numeric.arrays import Array, Flags
 from mmt_drake.numeric.layout import Layout
 
@@ -105,11 +104,7 @@ class Window:
             again = math.sqrt(deviation[i]) * _SHAKES[number[first:].astype(int) % len(_SHAKES), i]
             x, v = bank.smooth(samples[first:, i] + again, samples[first:, 3 + i], 2.0 * float(deviation[i]))
             shaken[begin:, i], shaken[begin:, 3 + i] = x[begin - first :], v[begin - first :]
-        latest = (self.height[-1], self.unsure[-1]) if len(self) else (0.0, 0.0)
-        height, unsure = (
-            np.append(old, np.full(len(new), last))
-            for old, last in zip((self.height, self.unsure), latest, strict=True)
-        )
+        height, unsure = _as_last(self.height, len(new)), _as_last(self.unsure, len(new))
         contact, switch, weight = _compared(samples, motion, height, unsure, h)
         return Window(samples, motion, shaken, number, noise, contact, switch, weight, height, unsure)
 
@@ -158,12 +153,6 @@ class Window:
         return replace(self, **{name: getattr(self, name)[span].copy() for name in self.__dataclass_fields__})
 
 
-def begins_and_ends(contact: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """First sample of each contact, and first after it; `contact` (n,) of 0 and 1."""
-    turns = np.diff(contact, prepend=0.0, append=0.0)
-    return np.flatnonzero(turns > 0.0), np.flatnonzero(turns < 0.0)
-
-
 def white_noise(values: Array, counted: Flags | None = None) -> float:
     """Deviation of the white noise on signals (n, k), by the third differences; next to nothing of a motion is in it.
 
@@ -175,6 +164,11 @@ def white_noise(values: Array, counted: Flags | None = None) -> float:
     if counted is not None:
         differences = differences[counted]
     return float(np.median(differences)) / (_MEDIAN * 20.0**0.5) if differences.size else 0.0
+
+
+def _as_last(values: Array, count: int) -> Array:
+    """Values with so many more like the last one; zeros where there is none."""
+    return np.append(values, np.full(count, values[-1] if len(values) else 0.0))
 
 
 def _open_gap(samples: Array) -> int:
